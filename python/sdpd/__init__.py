@@ -1,0 +1,97 @@
+"""Fluctuating hydrodynamics with particles: smoothed dissipative particle dynamics (SDPD).
+
+A `Scene` says what is simulated, a `Simulation` does it. Units: any consistent set, SI by default.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from sdpd import discretization, fluids, kernels, timestep
+from sdpd import equations_of_state as eos
+from sdpd.box import Box
+from sdpd.cost import Cost
+from sdpd.discretization import DiscreteFactors
+from sdpd.effects import Effects, SinusoidalForce, UniformForce
+from sdpd.errors import (
+    CheckpointError,
+    PairingWarning,
+    SdpdWarning,
+    SimulationError,
+    TimeStepWarning,
+)
+from sdpd.fluids import Fluid
+from sdpd.initial import LatticeStart, RandomStart
+from sdpd.integrators import PairSplitting, VelocityVerlet
+from sdpd.regime import Regime
+from sdpd.resolution import Resolution
+from sdpd.scene import Scene
+
+if TYPE_CHECKING:
+    from sdpd import analysis, interop, simulation
+    from sdpd.simulation import Simulation
+
+__version__: str
+
+__all__ = [
+    "Box",
+    "CheckpointError",
+    "Cost",
+    "DiscreteFactors",
+    "Effects",
+    "Fluid",
+    "LatticeStart",
+    "PairSplitting",
+    "PairingWarning",
+    "RandomStart",
+    "Regime",
+    "Resolution",
+    "Scene",
+    "SdpdWarning",
+    "Simulation",
+    "SimulationError",
+    "SinusoidalForce",
+    "TimeStepWarning",
+    "UniformForce",
+    "VelocityVerlet",
+    "analysis",
+    "discretization",
+    "eos",
+    "fluids",
+    "interop",
+    "kernels",
+    "simulation",
+    "timestep",
+]
+
+# Loaded on first use, so that `import sdpd` costs NumPy and little more. Name -> module, attribute.
+_LAZY: dict[str, tuple[str, str | None]] = {
+    "Simulation": ("sdpd.simulation", "Simulation"),
+    "analysis": ("sdpd.analysis", None),
+    "checkpoint": ("sdpd.checkpoint", None),
+    "cli": ("sdpd.cli", None),
+    "diffusion": ("sdpd.diffusion", None),
+    "h5md": ("sdpd.h5md", None),
+    "interop": ("sdpd.interop", None),
+    "simulation": ("sdpd.simulation", None),
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            return version("sdpd")
+        except PackageNotFoundError:  # a source tree that is not installed
+            return "0.0.0"
+    if name not in _LAZY:
+        raise AttributeError(f"module 'sdpd' has no attribute {name!r}")
+    module_name, attribute = _LAZY[name]
+    module = importlib.import_module(module_name)
+    return module if attribute is None else getattr(module, attribute)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LAZY, "__version__"})

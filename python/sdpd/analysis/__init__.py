@@ -1,0 +1,97 @@
+"""Analysis of trajectories: every estimate with its standard error and sampling window.
+
+Arrays are (T, N, D): T equally spaced times, N particles, D components, in any consistent units.
+Positions for displacements are unwrapped; for structure they may be wrapped or not.
+"""
+
+from __future__ import annotations
+
+from .blocked import BlockedFunction, Profile
+from .correlation import Correlation, autocorrelation, cross_correlation, msd, vacf
+from .currents import (
+    CurrentCorrelations,
+    SoundFit,
+    current_correlations,
+    fit_sound,
+    fit_transverse,
+)
+from .diffusion import (
+    ShortTimeDiffusion,
+    einstein_diffusion,
+    green_kubo_diffusion,
+    local_diffusivity,
+    running_diffusion,
+    short_time_diffusion,
+)
+from .estimate import Bonferroni, Estimate, bonferroni, combine, ensemble, jackknife
+from .fourier import (
+    StructureFactor,
+    allowed_wave_vectors,
+    cell_variance,
+    fourier_components,
+    structure_factor,
+)
+from .statistics import (
+    AutocorrelationTime,
+    Blocking,
+    QuantileData,
+    block_average,
+    blocking,
+    integrated_autocorrelation_time,
+    quantiles,
+    time_average,
+)
+from .structure import (
+    SpatialCorrelation,
+    SphericalModel,
+    fit_spherical_model,
+    radial_distribution,
+    semivariogram,
+    spatial_correlation,
+)
+
+__all__ = [
+    "AutocorrelationTime",
+    "BlockedFunction",
+    "Blocking",
+    "Bonferroni",
+    "Correlation",
+    "CurrentCorrelations",
+    "Estimate",
+    "Profile",
+    "QuantileData",
+    "ShortTimeDiffusion",
+    "SoundFit",
+    "SpatialCorrelation",
+    "SphericalModel",
+    "StructureFactor",
+    "allowed_wave_vectors",
+    "autocorrelation",
+    "block_average",
+    "blocking",
+    "bonferroni",
+    "cell_variance",
+    "combine",
+    "cross_correlation",
+    "current_correlations",
+    "einstein_diffusion",
+    "ensemble",
+    "fit_sound",
+    "fit_spherical_model",
+    "fit_transverse",
+    "fourier_components",
+    "green_kubo_diffusion",
+    "integrated_autocorrelation_time",
+    "jackknife",
+    "local_diffusivity",
+    "msd",
+    "quantiles",
+    "radial_distribution",
+    "running_diffusion",
+    "semivariogram",
+    "short_time_diffusion",
+    "spatial_correlation",
+    "structure_factor",
+    "time_average",
+    "vacf",
+]

@@ -1,0 +1,73 @@
+"""The periodic box; its number of lengths is the dimension of the scene."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from sdpd import validation
+
+__all__ = ["AXES", "Box"]
+
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangular periodic box with one corner at the origin.
+
+    Parameters
+    ----------
+    lengths : sequence of float, 2 or 3 of them
+        Edge lengths [length]; their number is the dimension D.
+    periodic : str, optional
+        The periodic axes, all of them for now ("xyz", or "xy" in two dimensions): walls are not
+        implemented yet. All if None.
+
+    Raises
+    ------
+    ValueError
+        If a length is not finite and > 0, or an axis is not periodic.
+
+    Examples
+    --------
+    >>> import sdpd
+    >>> sdpd.Box((2e-9, 1e-9)).dimension
+    2
+    """
+
+    lengths: tuple[float, ...]
+    periodic: str | None = None
+
+    def __post_init__(self) -> None:
+        lengths: Any = validation.vector("lengths", self.lengths)
+        if len(lengths) not in (2, 3):
+            raise ValueError(f"`lengths` must have 2 or 3 entries, got {len(lengths)}")
+        for index, length in enumerate(lengths):
+            validation.positive(f"lengths[{index}]", length)
+        object.__setattr__(self, "lengths", lengths)
+        axes = AXES[: len(lengths)]
+        periodic = axes if self.periodic is None else validation.text("periodic", self.periodic)
+        unknown = set(periodic) - set(axes)
+        if unknown or len(set(periodic)) != len(periodic):
+            raise ValueError(
+                f"`periodic` must name axes among {axes!r}, each once, got {periodic!r}"
+            )
+        if set(periodic) != set(axes):
+            missing = "".join(axis for axis in axes if axis not in periodic)
+            raise ValueError(
+                f"`periodic` must name every axis ({axes!r}) as walls are not implemented yet, "
+                f"got {periodic!r} without {missing!r}"
+            )
+        object.__setattr__(self, "periodic", axes)
+
+    @property
+    def dimension(self) -> int:
+        """D."""
+        return len(self.lengths)
+
+    @property
+    def volume(self) -> float:
+        """Volume [length^D], an area in two dimensions."""
+        return math.prod(self.lengths)

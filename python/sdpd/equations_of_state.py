@@ -1,0 +1,271 @@
+"""Equations of state P(rho) of the isothermal fluid, as plain data handed to the compiled core.
+
+(Y) is Yang, PhD dissertation, 2013. The reference density is that of the fluid and the sound speed
+that of the scene unless given here, so that one object serves every resolution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdpd import validation
+
+__all__ = [
+    "ArtificialCompressibility",
+    "EquationOfState",
+    "IdealGas",
+    "Linear",
+    "Polynomial",
+    "Table",
+    "Tait",
+]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EquationOfState:
+    """Base of the equations of state: a pressure as a function of the mass density.
+
+    Parameters
+    ----------
+    reference_density : float, optional
+        rho_0 [mass/length^D]; that of the fluid if None.
+    sound_speed : float, optional
+        c at rho_0 [length/time]; that of the scene if None.
+    """
+
+    kind: ClassVar[str] = ""
+    formula: ClassVar[str] = ""
+
+    reference_density: float | None = None
+    sound_speed: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("reference_density", "sound_speed"):
+            object.__setattr__(self, name, validation.optional_positive(name, getattr(self, name)))
+
+    def parameters(self, rho0: float, c: float) -> list[float]:
+        """Parameters in the order the core expects."""
+        raise NotImplementedError
+
+    def core(self, reference_density: float, sound_speed: float) -> tuple[str, list[float]]:
+        """Kind and parameters for the core; the object's own rho_0 and c win over the arguments."""
+        rho0 = self.reference_density or validation.positive("reference_density", reference_density)
+        c = self.sound_speed or validation.positive("sound_speed", sound_speed)
+        return self.kind, self.parameters(rho0, c)
+
+    def evaluate(
+        self, density: ArrayLike, *, reference_density: float, sound_speed: float
+    ) -> tuple[Array, Array, Array]:
+        """Pressure, squared sound speed and potential energy per mass at the given densities.
+
+        Parameters
+        ----------
+        density : array_like of float, any shape
+            Mass density [mass/length^D], finite and > 0.
+        reference_density, sound_speed : float
+            rho_0 and c, used where the object does not have its own.
+
+        Returns
+        -------
+        pressure : ndarray
+            [energy/length^D].
+        sound_speed_squared : ndarray
+            dP/drho [length^2/time^2].
+        specific_potential : ndarray
+            Integral of P/rho^2 [energy/mass], up to a constant.
+        """
+        from sdpd import _core
+
+        rho = np.asarray(density, dtype=np.float64)
+        if not np.all(np.isfinite(rho) & (rho > 0.0)):
+            raise ValueError("`density` must be finite and > 0")
+        kind, parameters = self.core(reference_density, sound_speed)
+        parts = _core.eos_evaluate(kind, parameters, np.ascontiguousarray(rho.ravel()))
+        pressure, squared, potential = (np.asarray(part).reshape(rho.shape) for part in parts)
+        return pressure, squared, potential
+
+    def pressure(
+        self, density: ArrayLike, *, reference_density: float, sound_speed: float
+    ) -> Array:
+        """P(rho) [energy/length^D]; see `evaluate`."""
+        return self.evaluate(density, reference_density=reference_density, sound_speed=sound_speed)[
+            0
+        ]
+
+    def __str__(self) -> str:
+        given = ", ".join(
+            f"{field.name} = {getattr(self, field.name)!r}"
+            for field in fields(self)
+            if getattr(self, field.name) is not None
+        )
+        return f"{self.formula}" + (f" ({given})" if given else "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArtificialCompressibility(EquationOfState):
+    """P = rho_0 c^2/2 ((rho/rho_0)^2 - 1), Y 2.52.
+
+    Zero at rho_0 and negative below. It does not let particles pair, at the price of density
+    fluctuations about twice (in rms) those of P = c^2 rho.
+    """
+
+    kind: ClassVar[str] = "artificial_compressibility"
+    formula: ClassVar[str] = "P = rho0 c^2/2 ((rho/rho0)^2 - 1)"
+
+    def parameters(self, rho0: float, c: float) -> list[float]:
+        return [rho0, c]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Linear(EquationOfState):
+    """P = p_0 + c^2 (rho - rho_0).
+
+    Parameters
+    ----------
+    background_pressure : float
+        p_0 [energy/length^D]. With p_0 = rho_0 c^2 this is `IdealGas`, which keeps particles in the
+        best order; with p_0 = 0 the pressure is negative below rho_0.
+    """
+
+    kind: ClassVar[str] = "linear"
+    formula: ClassVar[str] = "P = p0 + c^2 (rho - rho0)"
+
+    background_pressure: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        value = validation.finite("background_pressure", self.background_pressure)
+        object.__setattr__(self, "background_pressure", value)
+
+    def parameters(self, rho0: float, c: float) -> list[float]:
+        return [rho0, c, self.background_pressure]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tait(EquationOfState):
+    """P = rho_0 c^2/gamma ((rho/rho_0)^gamma - 1) + p_b, stiff under compression (Y 2.55 to 2.57).
+
+    Parameters
+    ----------
+    exponent : float
+        gamma [1], > 0; 7 for water.
+    background_pressure : float
+        p_b [energy/length^D].
+    """
+
+    kind: ClassVar[str] = "tait"
+    formula: ClassVar[str] = "P = rho0 c^2/gamma ((rho/rho0)^gamma - 1) + p_b"
+
+    exponent: float = 7.0
+    background_pressure: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "exponent", validation.positive("exponent", self.exponent))
+        value = validation.finite("background_pressure", self.background_pressure)
+        object.__setattr__(self, "background_pressure", value)
+
+    def parameters(self, rho0: float, c: float) -> list[float]:
+        return [rho0, c, self.exponent, self.background_pressure]
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdealGas(EquationOfState):
+    """P = c^2 rho with the isothermal sound speed c, Y 2.53."""
+
+    kind: ClassVar[str] = "ideal_gas"
+    formula: ClassVar[str] = "P = c^2 rho"
+
+    def parameters(self, rho0: float, c: float) -> list[float]:
+        return [c]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polynomial(EquationOfState):
+    """P = a_0 + a_1 rho + a_2 rho^2 + ..., the user's own.
+
+    Parameters
+    ----------
+    coefficients : sequence of float
+        a_k [energy/length^D (length^D/mass)^k], at least two. The sound speed of the scene is then
+        that of the polynomial.
+    """
+
+    kind: ClassVar[str] = "polynomial"
+    formula: ClassVar[str] = "P = sum_k a_k rho^k"
+
+    coefficients: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        values = validation.vector("coefficients", self.coefficients)
+        if len(values) < 2:
+            raise ValueError(
+                f"`coefficients` must have at least 2 entries (a_0, a_1, ...), got {len(values)}"
+            )
+        object.__setattr__(self, "coefficients", values)
+
+    def parameters(self, rho0: float, c: float) -> list[float]:
+        return list(self.coefficients)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table(EquationOfState):
+    """A monotone cubic through the given points (Fritsch and Carlson 1980), linear beyond the ends.
+
+    Parameters
+    ----------
+    densities : sequence of float
+        rho_k [mass/length^D], at least two, > 0 and increasing.
+    pressures : sequence of float
+        P_k [energy/length^D], as many, increasing (a fluid whose pressure falls with density is
+        unstable).
+    """
+
+    kind: ClassVar[str] = "table"
+    formula: ClassVar[str] = "P(rho) interpolated in a table"
+
+    densities: tuple[float, ...]
+    pressures: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        rho = validation.vector("densities", self.densities)
+        pressure = validation.vector("pressures", self.pressures, length=len(rho))
+        if len(rho) < 2:
+            raise ValueError(f"`densities` must have at least 2 entries, got {len(rho)}")
+        if rho[0] <= 0.0:
+            raise ValueError(f"`densities` must be > 0, got {rho[0]:g} at index 0")
+        for name, values in (("densities", rho), ("pressures", pressure)):
+            falls = np.flatnonzero(np.diff(values) <= 0.0)
+            if falls.size:
+                k = int(falls[0])
+                raise ValueError(
+                    f"`{name}` must increase, got {values[k]:g} then {values[k + 1]:g} "
+                    f"at index {k + 1}"
+                )
+        object.__setattr__(self, "densities", rho)
+        object.__setattr__(self, "pressures", pressure)
+
+    def parameters(self, rho0: float, c: float) -> list[float]:
+        return [*self.densities, *self.pressures]
+
+
+KINDS: dict[str, type[EquationOfState]] = {
+    law.kind: law for law in (ArtificialCompressibility, Linear, Tait, IdealGas, Polynomial, Table)
+}
+
+
+def from_dict(data: dict[str, Any], where: str = "equation_of_state") -> EquationOfState:
+    """The equation of state of ``{"kind": ..., **arguments}``; errors name the key."""
+    from sdpd.toml_io import build
+
+    rest = dict(data)
+    kind = validation.choice(f"{where}.kind", rest.pop("kind", None), list(KINDS))
+    return build(KINDS[kind], rest, where)

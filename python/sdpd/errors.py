@@ -1,0 +1,34 @@
+"""Exceptions and warnings of the package, one place so that user code can catch them by name."""
+
+from __future__ import annotations
+
+__all__ = [
+    "CheckpointError",
+    "PairingWarning",
+    "SdpdWarning",
+    "SimulationError",
+    "TimeStepWarning",
+]
+
+
+class SimulationError(RuntimeError):
+    """A run that blew up: NaN, a runaway particle. Names step, particle and the likely cause.
+
+    The last good state of the simulation stays readable.
+    """
+
+
+class CheckpointError(ValueError):
+    """A checkpoint file that is truncated, foreign or of an unknown version; nothing changed."""
+
+
+class SdpdWarning(UserWarning):
+    """Base class of the warnings below: ``warnings.simplefilter("error", sdpd.SdpdWarning)``."""
+
+
+class PairingWarning(SdpdWarning):
+    """The kernel, support and equation of state of a scene let particles clump in pairs."""
+
+
+class TimeStepWarning(SdpdWarning):
+    """A time step above one of its bounds; names the bound and its value."""

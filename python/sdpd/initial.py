@@ -1,0 +1,251 @@
+"""Where particles start and how fast: a lattice or relaxed random positions, Maxwellian speeds.
+
+The numbers come from the counter-based generator of the core, keyed by seed and particle id, so a
+start depends on the seed and on nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sdpd import validation
+from sdpd.box import Box
+
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
+
+__all__ = [
+    "LatticeStart",
+    "RandomStart",
+    "Start",
+    "check_positions",
+    "check_velocities",
+    "positions",
+    "velocities",
+]
+
+Array = NDArray[np.float64]
+_VELOCITIES = ("auto", "thermal", "zero")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """Base of the initial states.
+
+    Parameters
+    ----------
+    velocities : {"auto", "thermal", "zero"}
+        Maxwellian at the temperature of the fluid, or at rest; "auto" is thermal with fluctuations
+        or without friction, else zero.
+    """
+
+    velocities: str = "auto"
+
+    def __post_init__(self) -> None:
+        validation.choice("velocities", self.velocities, _VELOCITIES)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LatticeStart(Start):
+    """Particles on a simple cubic (square) lattice.
+
+    Parameters
+    ----------
+    jitter : float
+        Each coordinate is moved by up to this times the spacing, either way; 0 <= jitter <= 0.5.
+    velocities : {"auto", "thermal", "zero"}
+        See `Start`.
+    """
+
+    jitter: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        value = validation.non_negative("jitter", self.jitter)
+        if value > 0.5:
+            raise ValueError(f"`jitter` must be >= 0 and <= 0.5 (of the spacing), got {value:g}")
+        object.__setattr__(self, "jitter", value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomStart(Start):
+    """Particles without order.
+
+    Parameters
+    ----------
+    relax : bool
+        True: a quasi-random set (which has no long density waves, slow to decay), jittered by half
+        a spacing and relaxed by sound and friction without noise, with a Wendland C2 kernel and
+        P = c^2 rho whatever the scene has. Like a fluid at short range, but equilibrate it.
+        False: independent uniform positions, a Poisson process.
+    relax_steps : int
+        Steps of the relaxation, of a tenth of h/c or so each.
+    velocities : {"auto", "thermal", "zero"}
+        See `Start`.
+    """
+
+    relax: bool = True
+    relax_steps: int = 200
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "relax", validation.boolean("relax", self.relax))
+        steps = validation.integer("relax_steps", self.relax_steps, minimum=1)
+        object.__setattr__(self, "relax_steps", steps)
+
+
+STARTS: dict[str, type[Start]] = {"lattice": LatticeStart, "random": RandomStart}
+
+
+def _variates(seed: int, stream: str, number: int, dimension: int, variate: str) -> Array:
+    from sdpd import _core
+
+    ids = np.arange(number, dtype=np.uint64)
+    return np.asarray(_core.pair_variates(seed, stream, 0, 0, ids, ids, variate, dimension))
+
+
+def _uniform(seed: int, number: int, dimension: int) -> Array:
+    """Independent uniforms on (-1/2, 1/2), one row per id."""
+    return _variates(seed, "initial_position", number, dimension, "uniform") / math.sqrt(12.0)
+
+
+def _wrap(points: Array, box: Box) -> Array:
+    lengths = np.asarray(box.lengths)
+    wrapped = points - np.floor(points / lengths) * lengths
+    return np.where(wrapped >= lengths, 0.0, wrapped)
+
+
+def positions(scene: Scene, seed: int) -> Array:
+    """Initial positions of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    seed : int
+        >= 0.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, D)
+        [length], inside the box: ``0 <= x < L``.
+    """
+    start, box = scene.start, scene.box
+    lengths = np.asarray(box.lengths)
+    number, dimension = scene.n_particles, scene.dimension
+    if isinstance(start, LatticeStart):
+        assert scene.layout.counts is not None
+        counts = np.asarray(scene.layout.counts)
+        index = np.stack(np.unravel_index(np.arange(number), scene.layout.counts), axis=-1)
+        points = (index + 0.5) * (lengths / counts)
+        if start.jitter > 0.0:
+            points += 2.0 * start.jitter * _uniform(seed, number, dimension) * (lengths / counts)
+        return _wrap(points, box)
+    assert isinstance(start, RandomStart)
+    uniform = _uniform(seed, number, dimension)
+    if not start.relax:
+        return _wrap((uniform + 0.5) * lengths, box)
+    points = _quasi_random(number, dimension) * lengths + uniform * scene.spacing
+    return _relaxed(_wrap(points, box), scene, seed, start.relax_steps)
+
+
+def _quasi_random(number: int, dimension: int) -> Array:
+    """Additive recurrence with the generalised golden ratio (Roberts 2018), in [0, 1)^D."""
+    ratio = 2.0
+    for _ in range(60):  # the root of x^(D+1) = x + 1
+        ratio = (1.0 + ratio) ** (1.0 / (dimension + 1))
+    steps = ratio ** -np.arange(1.0, dimension + 1.0)
+    return np.asarray((0.5 + np.arange(number)[:, None] * steps) % 1.0)
+
+
+def _relaxed(points: Array, scene: Scene, seed: int, steps: int) -> Array:
+    """Positions after damped motion in units of the spacing, the particle mass and the sound."""
+    from sdpd import _core
+
+    support, dimension = scene.resolution.support, scene.dimension
+    core = _core.Core(
+        positions=points / scene.spacing,
+        velocities=np.zeros_like(points),
+        box=tuple(length / scene.spacing for length in scene.box.lengths),
+        support=support,
+        mass=1.0,
+        thermal_energy=1.0,
+        kernel="wendland_c2",
+        friction="general",
+        friction_across=0.5 * (1.0 + 2.0 / dimension),
+        friction_along=0.5 * (dimension + 2.0) * (1.0 - 2.0 / dimension),
+        eos=("ideal_gas", [1.0]),
+        noise="none",
+        integrator="pair_splitting",
+        iterations=0,
+        body_force=None,
+        dt=0.12 * support,  # a quarter of the acoustic limit 2h/(4.2 c)
+        seed=seed,
+        skin=None,
+        threads=1,
+    )
+    core.run(steps, 0.12 * support)
+    return _wrap(np.array(core.positions) * scene.spacing, scene.box)
+
+
+def velocities(scene: Scene, seed: int) -> Array:
+    """Initial velocities of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    seed : int
+        >= 0.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, D)
+        [length/time]; total momentum zero to rounding.
+
+    Notes
+    -----
+    Independent normals of variance k_B T/m less their mean. Nothing is rescaled: this *is* the
+    canonical distribution at zero total momentum, whose mean square per component is
+    (1 - 1/N) k_B T/m, the same as that of the dynamics, which keep the momentum.
+    """
+    shape = (scene.n_particles, scene.dimension)
+    if not scene.starts_thermal:
+        return np.zeros(shape)
+    speeds = scene.thermal_speed * _variates(seed, "initial_velocity", *shape, "gaussian")
+    return np.asarray(speeds - speeds.mean(axis=0))
+
+
+def check_positions(scene: Scene, value: Any) -> Array:
+    """The user's positions, checked and wrapped into the box.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are not a finite (N, D) array, or two particles coincide.
+    """
+    shape = (scene.n_particles, scene.dimension)
+    points = _wrap(validation.real_array("positions", value, shape), scene.box)
+    order = np.lexsort(points.T[::-1])
+    same = np.flatnonzero((np.diff(points[order], axis=0) == 0.0).all(axis=1))
+    if same.size:
+        first, second = sorted(int(k) for k in order[same[0] : same[0] + 2])
+        raise ValueError(
+            f"`positions` must be distinct, got particles {first} and {second} both at "
+            f"{points[first].tolist()}"
+        )
+    return points
+
+
+def check_velocities(scene: Scene, value: Any) -> Array:
+    """The user's velocities, checked.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are not a finite (N, D) array.
+    """
+    return validation.real_array("velocities", value, (scene.n_particles, scene.dimension))

@@ -1,0 +1,91 @@
+"""The choice of integrator, as plain data handed to the compiled core."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sdpd import validation
+
+__all__ = ["Integrator", "PairSplitting", "VelocityVerlet"]
+
+
+class Integrator:
+    """Base of the integrators."""
+
+    name: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    iterations: int = 0
+    noise: str = "gaussian"
+
+
+@dataclass(frozen=True, kw_only=True)
+class VelocityVerlet(Integrator):
+    """Velocity Verlet with the friction evaluated at predicted velocities: the cheapest step.
+
+    The temperature is off by about -0.3 dt/tau (tau: friction time of a particle).
+
+    Parameters
+    ----------
+    iterations : int
+        Further evaluations of the friction at the end of the step. 0: the force of the step serves
+        the next one (Bian et al. 2015, appendix B); 1: once with the new velocities; 2 or more: the
+        iteration of Yang 2013, Table 4, S-6 to S-8.
+    noise : {"uniform", "gaussian"}
+        Variates of the random force: with the right first two moments, which is all a first-order
+        scheme sees, or normal.
+    """
+
+    name: ClassVar[str] = "velocity_verlet"
+    title: ClassVar[str] = "velocity Verlet"
+
+    iterations: int = 1
+    noise: str = "uniform"
+
+    def __post_init__(self) -> None:
+        iterations = validation.integer("iterations", self.iterations, minimum=0)
+        object.__setattr__(self, "iterations", iterations)
+        validation.choice("noise", self.noise, ("uniform", "gaussian"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairSplitting(Integrator):
+    """Friction and noise of each pair solved exactly in turn: keeps the Maxwellian at any step.
+
+    Parameters
+    ----------
+    noise : {"gaussian"}
+        Uniform variates would not keep a Maxwellian where dt exceeds the friction time.
+    """
+
+    name: ClassVar[str] = "pair_splitting"
+    title: ClassVar[str] = "exact pair splitting"
+
+    noise: str = "gaussian"
+
+    def __post_init__(self) -> None:
+        validation.choice("noise", self.noise, ("gaussian",))
+
+
+INTEGRATORS: dict[str, type[Integrator]] = {
+    "velocity_verlet": VelocityVerlet,
+    "pair_splitting": PairSplitting,
+}
+
+
+def resolve(integrator: Integrator | str | None, *, fluctuations: bool) -> Integrator:
+    """An integrator from an object, a name, or None: splitting with noise, Verlet without.
+
+    Raises
+    ------
+    ValueError
+        If there is no integrator of that name.
+    TypeError
+        If it is neither.
+    """
+    if integrator is None:
+        return PairSplitting() if fluctuations else VelocityVerlet()
+    if isinstance(integrator, str):
+        return INTEGRATORS[validation.choice("integrator", integrator, list(INTEGRATORS))]()
+    expected = "sdpd.PairSplitting(), sdpd.VelocityVerlet() or one of their names"
+    return validation.instance("integrator", integrator, Integrator, expected)

@@ -1,0 +1,60 @@
+"""The text that ``print(scene)`` shows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sdpd.units import quantity, table
+
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
+
+__all__ = ["summary"]
+
+
+def _particle_rows(scene: Scene) -> list[tuple[str, str]]:
+    si, resolution = scene.fluid.is_si, scene.resolution
+    lengths = " x ".join(f"{length:.4g}" for length in scene.box.lengths)
+    spacing = quantity(scene.spacing, "m", si=si)
+    mass = quantity(scene.particle_mass, "kg", si=si)
+    support = quantity(scene.support_radius, "m", si=si)
+    kernel = f"{resolution.kernel}, support {resolution.support:g} spacings = {support}"
+    return [
+        ("fluid", scene.fluid.describe(scene.dimension)),
+        ("box", f"{lengths}{' m' if si else ''}, periodic"),
+        ("particles", f"{scene.n_particles}, spacing {spacing}, mass {mass}"),
+        ("kernel", f"{kernel}, {scene.pairs_per_particle:.0f} pairs a particle"),
+        ("start", repr(scene.start)),
+        ("effects", str(scene.active_effects)),
+    ]
+
+
+def _friction_rows(scene: Scene) -> list[tuple[str, str]]:
+    factors, si = scene.factors, scene.fluid.is_si
+    tau = quantity(scene.friction_time, "s", si=si)
+    numbers = f"eta* = {scene.reduced_viscosity:.4g}, Sc = {scene.schmidt_number:.4g}"
+    viscosity = f"viscosity {factors.viscosity:.4f}{' divided out' if scene.calibrate else ''}"
+    rest = f"friction rate {factors.friction:.3f} of the continuum (lattice)"
+    return [
+        ("friction", f"time tau {tau}, {numbers}"),
+        ("discrete", f"density {factors.density:.4f}, {viscosity}, {rest}"),
+    ]
+
+
+def summary(scene: Scene) -> str:
+    """A readable summary of a scene, with SI units if k_B has its SI value."""
+    si = scene.fluid.is_si
+    rows = _particle_rows(scene)
+    thermal = quantity(scene.thermal_speed, "m/s", si=si)
+    sound = f"{quantity(scene.sound.speed, 'm/s', si=si)} ({scene.sound.reason})"
+    rows.append(("speeds", f"thermal {thermal}, sound {sound}, X = {scene.stiffness:.4g}"))
+    deviation = scene.density_deviation
+    if deviation is None:
+        rows.append(("density", "particles clump: see regime()"))
+    elif deviation > 0.0:
+        rows.append(("density", f"rms fluctuation {deviation:.2%} (random-phase estimate)"))
+    if scene.active_effects.dissipation:
+        rows += _friction_rows(scene)
+    if scene.body_force is not None:
+        rows.append(("body force", repr(scene.body_force)))
+    return "sdpd scene\n" + table([[f"  {name}", text] for name, text in rows])

@@ -1,0 +1,26 @@
+"""Theory to set beside a measurement; each docstring says where the theory is approximate."""
+
+from __future__ import annotations
+
+from .density import DensityTheory, cell_count_variance, pairing_limit, reduced_equation_of_state
+from .friction import FrictionTheory, friction_coefficients, viscosities
+from .hydrodynamics import HydrodynamicTheory, isothermal_sound_speed
+from .kernel_moments import friction_integral, kernel_square_integral, kernel_transform
+from .landau_lifshitz import CellVariances, cell_variances
+
+__all__ = [
+    "CellVariances",
+    "DensityTheory",
+    "FrictionTheory",
+    "HydrodynamicTheory",
+    "cell_count_variance",
+    "cell_variances",
+    "friction_coefficients",
+    "friction_integral",
+    "isothermal_sound_speed",
+    "kernel_square_integral",
+    "kernel_transform",
+    "pairing_limit",
+    "reduced_equation_of_state",
+    "viscosities",
+]

@@ -1,0 +1,327 @@
+"""Every bound on the time step, each with its value and its reason.
+
+Only effects that act give a bound. Accuracy bounds are where the error of a step reaches the asked
+one; stability bounds are where a run blows up sooner or later. Measured numbers: docs/theory.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sdpd import structure, validation
+from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet, resolve
+
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
+
+__all__ = [
+    "ExpectedErrors",
+    "TimeStep",
+    "TimeStepBound",
+    "acoustic_limit",
+    "auto_time_step",
+    "bounds",
+    "check_time_step",
+    "expected_errors",
+]
+
+ACOUSTIC_ACCURACY = 0.25  # of the explicit limit: density variance within 4 %
+ACOUSTIC_STABILITY = 0.6  # of the explicit limit, itself an estimate
+# Verlet: relative temperature error per dt/tau. Without re-evaluation of the friction at the end of
+# the step it is larger.
+VERLET_TEMPERATURE_SLOPE = {True: 0.30, False: 0.45}
+# Splitting: delivered over exact viscosity against dt/tau, in a shuffled or equivalent pair order.
+SPLITTING_VISCOSITY = ((0.0, 0.9, 1.8, 3.7, 7.3, 11.0), (1.0, 0.9986, 0.995, 0.981, 0.948, 0.915))
+# Density variance too high by this times (dt / explicit limit)^2.
+DENSITY_VARIANCE_SLOPE = 0.61
+
+
+@dataclass(frozen=True)
+class TimeStepBound:
+    """One bound on the time step.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        Largest dt [time].
+    kind : str
+        "accuracy" or "stability".
+    formula, reason : str
+        How it is computed, and what happens above it.
+    """
+
+    name: str
+    value: float
+    kind: str
+    formula: str
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.kind}): dt <= {self.value:.4g} = {self.formula}; {self.reason}"
+
+
+@dataclass(frozen=True)
+class TimeStep:
+    """A time step and the bound that set it.
+
+    Attributes
+    ----------
+    value : float
+        dt [time].
+    bound : TimeStepBound
+        The smallest of all.
+    """
+
+    value: float
+    bound: TimeStepBound
+
+
+@dataclass(frozen=True)
+class ExpectedErrors:
+    """What a time step is expected to do; None where it does not apply.
+
+    Attributes
+    ----------
+    temperature : float or None
+        Relative error of the kinetic temperature.
+    viscosity : float or None
+        Relative error of the delivered viscosity by the step alone.
+    density_variance : float or None
+        Relative error of the variance of the density.
+    """
+
+    temperature: float | None
+    viscosity: float | None
+    density_variance: float | None
+
+    def __str__(self) -> str:
+        named = (
+            ("temperature", self.temperature),
+            ("delivered viscosity", self.viscosity),
+            ("density variance", self.density_variance),
+        )
+        shown = [f"{name} {value + 0.0:+.2%}" for name, value in named if value is not None]
+        return ", ".join(shown) or "none known"
+
+
+def acoustic_limit(scene: Scene) -> float:
+    """2h/(s (c + V_0)), the explicit limit of the fastest sound-like mode [time].
+
+    c and s are those of a locally compressed fluid, three rms density deviations above the mean:
+    the artificial compressibility and Tait laws stiffen there.
+    """
+    state = scene.compressed_state
+    resolution = scene.resolution
+    s = structure.acoustic_wavenumber(resolution.kernel, scene.dimension, state.pressure_ratio)
+    flow = scene.flow_speed or 0.0
+    return 2.0 * scene.support_radius / (s * (state.sound_speed + flow))
+
+
+def _acoustic(scene: Scene) -> list[TimeStepBound]:
+    limit = acoustic_limit(scene)
+    return [
+        TimeStepBound(
+            "acoustic accuracy",
+            ACOUSTIC_ACCURACY * limit,
+            "accuracy",
+            f"{ACOUSTIC_ACCURACY} x 2h/(s (c + V0))",
+            "density fluctuations grow too large above it (4 % in variance at it)",
+        ),
+        TimeStepBound(
+            "acoustic stability",
+            ACOUSTIC_STABILITY * limit,
+            "stability",
+            f"{ACOUSTIC_STABILITY} x 2h/(s (c + V0))",
+            "sound at the scale of the kernel is unstable above it",
+        ),
+    ]
+
+
+def _splitting_friction(scene: Scene, resolve_vacf: bool) -> list[TimeStepBound]:
+    tau = scene.friction_time
+    if resolve_vacf:
+        return [
+            TimeStepBound(
+                "velocity autocorrelation",
+                0.5 * tau,
+                "accuracy",
+                "tau/2",
+                "the decay of the velocity autocorrelation is not resolved above it",
+            )
+        ]
+    return [
+        TimeStepBound(
+            "friction",
+            2.0 * tau,
+            "accuracy",
+            "2 tau",
+            "the delivered viscosity falls above it (by 0.6 % at it)",
+        )
+    ]
+
+
+def _verlet_friction(
+    scene: Scene, integrator: Integrator, temperature_error: float, resolve_vacf: bool
+) -> list[TimeStepBound]:
+    tau = scene.friction_time
+    found = []
+    if scene.active_effects.fluctuations:
+        slope = VERLET_TEMPERATURE_SLOPE[integrator.iterations > 0]
+        found.append(
+            TimeStepBound(
+                "temperature accuracy",
+                temperature_error / slope * tau,
+                "accuracy",
+                f"{temperature_error:g}/{slope:g} tau",
+                f"the kinetic temperature is off by more than {temperature_error:.2%} above it",
+            )
+        )
+    if resolve_vacf:
+        found += _splitting_friction(scene, True)
+    # 0.03 h^2 rho/eta, measured for the Lucy kernel, is 0.7 of its tau; tau carries the other
+    # kernels, the bulk viscosity and the central form
+    eta = scene.fluid.shear_viscosity / scene.calibration
+    viscous = math.inf
+    if eta > 0.0:
+        viscous = 0.03 * scene.support_radius**2 * scene.fluid.density / eta
+    value, formula = min((viscous, "0.03 h^2 rho/eta"), (0.7 * tau, "0.7 tau"))
+    found.append(
+        TimeStepBound(
+            "viscous stability", value, "stability", formula, "friction is unstable above it"
+        )
+    )
+    return found
+
+
+def bounds(
+    scene: Scene,
+    integrator: Integrator | str | None = None,
+    *,
+    temperature_error: float = 0.005,
+    resolve_vacf: bool = False,
+) -> list[TimeStepBound]:
+    """All bounds on the time step of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    integrator : Integrator or str, optional
+        The default for the scene if None.
+    temperature_error : float
+        Asked relative accuracy of the kinetic temperature [1], for velocity Verlet.
+    resolve_vacf : bool
+        Whether the short-time velocity autocorrelation is to be resolved.
+
+    Returns
+    -------
+    list of TimeStepBound
+        Smallest first.
+    """
+    error = validation.positive("temperature_error", temperature_error)
+    vacf = validation.boolean("resolve_vacf", resolve_vacf)
+    active = scene.active_effects
+    chosen = resolve(integrator, fluctuations=active.fluctuations)
+    found = _acoustic(scene)
+    if active.dissipation and isinstance(chosen, PairSplitting):
+        found += _splitting_friction(scene, vacf)
+    elif active.dissipation:
+        found += _verlet_friction(scene, chosen, error, vacf)
+    if active.body_force and scene.body_force is not None and scene.body_force.peak > 0.0:
+        found.append(
+            TimeStepBound(
+                "body force",
+                0.25 * math.sqrt(scene.support_radius / scene.body_force.peak),
+                "accuracy",
+                "0.25 sqrt(h/f)",
+                "the body force moves a particle too far in one step above it",
+            )
+        )
+    if scene.starts_thermal or active.fluctuations:
+        found.append(
+            TimeStepBound(
+                "thermal motion",
+                0.1 * scene.spacing / scene.thermal_speed,
+                "accuracy",
+                "0.1 dx/v_th",
+                "a particle moves more than a tenth of the spacing in one step above it",
+            )
+        )
+    return sorted(found, key=lambda bound: bound.value)
+
+
+def auto_time_step(
+    scene: Scene,
+    integrator: Integrator | str | None = None,
+    *,
+    temperature_error: float = 0.005,
+    resolve_vacf: bool = False,
+) -> TimeStep:
+    """The largest time step within every bound, and the bound that sets it; see `bounds`."""
+    smallest = bounds(
+        scene, integrator, temperature_error=temperature_error, resolve_vacf=resolve_vacf
+    )[0]
+    return TimeStep(smallest.value, smallest)
+
+
+def check_time_step(
+    scene: Scene,
+    dt: float,
+    integrator: Integrator | str | None = None,
+    *,
+    temperature_error: float = 0.005,
+    resolve_vacf: bool = False,
+) -> list[TimeStepBound]:
+    """The bounds that a time step exceeds, stability bounds first; see `bounds`.
+
+    Raises
+    ------
+    ValueError
+        If `dt` is not finite and > 0.
+    """
+    step = validation.positive("dt", dt)
+    found = bounds(
+        scene, integrator, temperature_error=temperature_error, resolve_vacf=resolve_vacf
+    )
+    exceeded = [bound for bound in found if step > bound.value * (1.0 + 1e-12)]
+    return sorted(exceeded, key=lambda bound: (bound.kind != "stability", bound.value))
+
+
+def warning_text(dt: float, exceeded: list[TimeStepBound]) -> str:
+    """What `sdpd.TimeStepWarning` says of the bounds a time step exceeds."""
+    listed = "; ".join(
+        f"{bound.name} ({bound.kind}) {bound.value:.4g} = {bound.formula}: {bound.reason}"
+        for bound in exceeded
+    )
+    return f"`dt` = {dt:.4g} exceeds {listed}"
+
+
+def expected_errors(
+    scene: Scene, dt: float, integrator: Integrator | str | None = None
+) -> ExpectedErrors:
+    """The errors a time step is expected to cause, from measured curves.
+
+    Raises
+    ------
+    ValueError
+        If `dt` is not finite and > 0.
+    """
+    step = validation.positive("dt", dt)
+    active = scene.active_effects
+    chosen = resolve(integrator, fluctuations=active.fluctuations)
+    temperature = viscosity = variance = None
+    if active.dissipation:
+        ratio = step / scene.friction_time
+        if isinstance(chosen, PairSplitting):
+            abscissa, ordinate = SPLITTING_VISCOSITY
+            viscosity = float(np.interp(ratio, abscissa, ordinate)) - 1.0
+            temperature = 0.0 if active.fluctuations else None
+        elif isinstance(chosen, VelocityVerlet) and active.fluctuations:
+            temperature = -VERLET_TEMPERATURE_SLOPE[chosen.iterations > 0] * ratio
+    if active.fluctuations:
+        variance = DENSITY_VARIANCE_SLOPE * (step / acoustic_limit(scene)) ** 2
+    return ExpectedErrors(temperature, viscosity, variance)

@@ -1,0 +1,125 @@
+//! How a step is made. Every integrator is generic over kernel, friction, noise and dimension; the
+//! registry turns names into one of these types, and a run makes one virtual call.
+
+mod pair_splitting;
+mod velocity_verlet;
+
+pub use pair_splitting::PairSplitting;
+pub use velocity_verlet::VelocityVerlet;
+
+use crate::error::Result;
+use crate::kernel::Kernel;
+use crate::physics::{FrictionForm, Frictionless};
+use crate::random::{Silent, Stream, SweepKey, Variate};
+use crate::simulation::Engine;
+use crate::sweep::{drag_forces, number_densities, pair_forces, site_pressures};
+
+/// The three parts of the force on every slot, for tests and analysis.
+#[derive(Debug, Default)]
+pub struct ForceParts {
+    /// From the pressures.
+    pub conservative: Vec<[f64; 4]>,
+    /// Drag at the present velocities.
+    pub dissipative: Vec<[f64; 4]>,
+    /// Noise of velocity Verlet at the present step.
+    pub random: Vec<[f64; 4]>,
+}
+
+/// A compiled step loop.
+pub trait Integrator: Send + Sync {
+    /// Makes densities, pressures and forces those of the present positions and velocities.
+    fn refresh(&self, engine: &mut Engine, dt: f64) -> Result<()>;
+    /// Advances by `steps` steps of `dt`; observers are called inside.
+    fn run(&self, engine: &mut Engine, steps: u64, dt: f64) -> Result<()>;
+    /// Rebuilds the pair lists from the present positions (and the grid, if asked).
+    fn rebuild(&self, engine: &mut Engine, renew_grid: bool) -> Result<()>;
+    /// The parts of the force, in slot order.
+    fn force_parts(&self, engine: &mut Engine, dt: f64) -> ForceParts;
+    /// Mean over particles of sum_j g_ij.
+    fn mean_friction_weight(&self, engine: &mut Engine) -> f64;
+    /// Are pairs wanted in shuffled order?
+    fn shuffles(&self) -> bool;
+    /// Does it need a second force array?
+    fn needs_drag(&self) -> bool;
+}
+
+/// Densities, then pressures, of the present positions.
+pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
+    let Engine {
+        particles,
+        grid,
+        list,
+        cell,
+        eos,
+        units,
+        ..
+    } = engine;
+    number_densities::<K, D>(particles, grid, list, cell);
+    let (to_mass_density, from_pressure) = (units.mass_density(), 1.0 / units.pressure());
+    site_pressures(particles, |d| {
+        eos.pressure(d * to_mass_density) * from_pressure
+    });
+}
+
+pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+    engine: &mut Engine,
+    dt: f64,
+) -> ForceParts {
+    let kick = engine.friction.kick(dt);
+    let key = SweepKey::new(engine.seed, Stream::PairForce, engine.step, 0);
+    let Engine {
+        particles,
+        grid,
+        list,
+        cell,
+        ..
+    } = engine;
+    let saved = (particles.force.clone(), particles.drag.clone());
+    let mut parts = ForceParts::default();
+    pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key);
+    parts.conservative.clone_from(&particles.force);
+    particles.drag.resize(particles.len(), [0.0; 4]);
+    particles.drag.fill([0.0; 4]);
+    particles.scratch.clone_from(&particles.velocity);
+    if F::ON {
+        drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key);
+    }
+    parts.dissipative.clone_from(&particles.drag);
+    particles.scratch.fill([0.0; 4]);
+    particles.drag.fill([0.0; 4]);
+    if V::ON {
+        drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key);
+    }
+    parts.random.clone_from(&particles.drag);
+    (particles.force, particles.drag) = saved;
+    parts
+}
+
+/// Mean over particles of sum_j g_ij, by the conservative sweep's geometry.
+pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -> f64 {
+    let position = &engine.particles.position;
+    let mut sum = 0.0;
+    for block in &engine.list.blocks {
+        let mut begin = 0;
+        for &[head, end] in &block.rows {
+            let i = position[head as usize];
+            for &other in &block.neighbours[begin..end as usize] {
+                let j = position[other as usize];
+                let r = engine
+                    .cell
+                    .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
+                let r2: f64 = r[..D].iter().map(|x| x * x).sum();
+                let weight = i[3] * j[3];
+                sum += 2.0 * K::f::<D>(r2.sqrt()) * weight * weight;
+            }
+            begin = end as usize;
+        }
+    }
+    sum / engine.particles.len() as f64
+}
+
+/// Moves the particles and brings the lists up to date.
+pub(crate) fn drift<const D: usize>(engine: &mut Engine, dt: f64, shuffle: bool) -> Result<()> {
+    let moved = engine.move_particles(dt)?;
+    engine.keep_lists::<D>(moved, shuffle)
+}

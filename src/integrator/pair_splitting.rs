@@ -1,0 +1,104 @@
+//! The exact pair splitting: O(dt/2) - kick - drift - densities - kick - O(dt/2), where O solves
+//! drag and noise of each pair exactly, one pair after the other (Shardlow, SIAM J. Sci. Comput. 24
+//! (2003) 1267; exact pair process: Serrano et al. 2006). It conserves momentum and keeps the
+//! Maxwell distribution at any step; the second O runs backward, which makes the step symmetric.
+
+use std::marker::PhantomData;
+
+use super::{ForceParts, Integrator, drift, force_parts, mean_friction_weight, update_densities};
+use crate::error::Result;
+use crate::kernel::Kernel;
+use crate::physics::{FrictionForm, Frictionless};
+use crate::random::{Silent, Stream, SweepKey, Variate};
+use crate::simulation::Engine;
+use crate::sweep::{Direction, exchange, pair_forces};
+
+/// The splitting; see the module.
+pub struct PairSplitting<K, F, V, const D: usize> {
+    form: PhantomData<(K, F, V)>,
+}
+
+impl<K, F, V, const D: usize> Default for PairSplitting<K, F, V, D> {
+    fn default() -> Self {
+        Self { form: PhantomData }
+    }
+}
+
+impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F, V, D> {
+    fn forces(&self, engine: &mut Engine) {
+        let kick = engine.friction.kick(1.0);
+        let key = SweepKey::new(engine.seed, Stream::PairForce, engine.step, 0);
+        let Engine {
+            particles,
+            grid,
+            list,
+            cell,
+            ..
+        } = engine;
+        pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key);
+    }
+
+    /// Half a step of drag and noise; `started` is the step at whose start it belongs.
+    fn exchange(&self, engine: &mut Engine, t: f64, started: u64, direction: Direction) {
+        if !F::ON {
+            return;
+        }
+        let draw = u8::from(direction == Direction::Backward);
+        let key = SweepKey::new(engine.seed, Stream::PairExchange, started, draw);
+        let process = engine.friction.exchange(t);
+        let Engine {
+            particles,
+            grid,
+            list,
+            cell,
+            ..
+        } = engine;
+        exchange::<K, F, V, D>(particles, grid, list, cell, process, key, direction);
+    }
+}
+
+impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
+    for PairSplitting<K, F, V, D>
+{
+    fn refresh(&self, engine: &mut Engine, _: f64) -> Result<()> {
+        update_densities::<K, D>(engine);
+        self.forces(engine);
+        Ok(())
+    }
+
+    fn run(&self, engine: &mut Engine, steps: u64, dt: f64) -> Result<()> {
+        for _ in 0..steps {
+            let started = engine.step;
+            self.exchange(engine, 0.5 * dt, started, Direction::Forward);
+            engine.kick(0.5 * dt);
+            drift::<D>(engine, dt, self.shuffles())?;
+            engine.step += 1;
+            update_densities::<K, D>(engine);
+            self.forces(engine);
+            engine.kick(0.5 * dt);
+            self.exchange(engine, 0.5 * dt, started, Direction::Backward);
+            engine.observe(dt);
+        }
+        Ok(())
+    }
+
+    fn rebuild(&self, engine: &mut Engine, renew_grid: bool) -> Result<()> {
+        engine.rebuild::<D>(renew_grid, self.shuffles())
+    }
+
+    fn force_parts(&self, engine: &mut Engine, dt: f64) -> ForceParts {
+        force_parts::<K, F, V, D>(engine, dt)
+    }
+
+    fn mean_friction_weight(&self, engine: &mut Engine) -> f64 {
+        mean_friction_weight::<K, D>(engine)
+    }
+
+    fn shuffles(&self) -> bool {
+        F::ON
+    }
+
+    fn needs_drag(&self) -> bool {
+        false
+    }
+}

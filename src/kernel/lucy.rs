@@ -1,0 +1,28 @@
+//! Lucy's kernel (Lucy 1977), f = (1 + 3q)(1 - q)^3: the fewest operations and the smallest
+//! discretisation error per neighbour, but its Fourier transform has negative lobes: see `docs`.
+
+use super::{Kernel, complement};
+
+/// Lucy's quartic.
+#[derive(Debug, Clone, Copy)]
+pub struct Lucy;
+
+impl Kernel for Lucy {
+    const NAME: &'static str = "lucy";
+    const NORM: [f64; 2] = [
+        5.0 / std::f64::consts::PI,
+        105.0 / (16.0 * std::f64::consts::PI),
+    ];
+
+    #[inline(always)]
+    fn shape(q: f64) -> f64 {
+        let x = complement(q);
+        (1.0 + 3.0 * q) * (x * x * x)
+    }
+
+    #[inline(always)]
+    fn slope(q: f64) -> f64 {
+        let x = complement(q);
+        12.0 * (x * x)
+    }
+}

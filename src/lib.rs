@@ -1,0 +1,31 @@
+//! Fluctuating hydrodynamics with particles: the core of the Python package `sdpd`.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `kernel`, `eos`, `physics`, `random` | the physics of a site and of a pair, as functions |
+//! | `domain`, `neighbor`, `state`, `units` | where particles are, who is near whom, in which units |
+//! | `sweep` | the hot loops over pairs |
+//! | `integrator`, `registry` | how a step is made; which combinations exist |
+//! | `simulation`, `observe`, `effect` | the engine, what it measures, what acts on it |
+//! | `relax` | fluid-like starts from random positions |
+//! | `python` | the binding, the only module that knows PyO3 |
+
+pub mod domain;
+pub mod effect;
+pub mod eos;
+pub mod error;
+pub mod integrator;
+pub mod kernel;
+pub mod neighbor;
+pub mod observe;
+pub mod physics;
+#[cfg(feature = "python")]
+mod python;
+pub mod random;
+pub mod registry;
+pub mod relax;
+pub mod simulation;
+pub mod state;
+pub mod sweep;
+pub mod units;
+pub mod valid;

@@ -1,0 +1,224 @@
+//! Blocks and cells. A *block* is at least a support plus the margin wide, so the pairs of the
+//! 2^D blocks {b, b + 1} around a base block b touch no other block: base blocks of one colour can
+//! be swept at once, by any number of threads, in a fixed order each. *Cells* subdivide blocks and
+//! serve the search. The order of slots is (block, cell, row): a function of positions only.
+//!
+//! The grid is renewed when a particle has moved half the `margin` since it was built. The list has
+//! a skin of its own (at most the margin), so the order of pairs does not depend on the skin.
+
+use crate::domain::PeriodicBox;
+use crate::state::Particles;
+
+/// Most particles expected in the 2^D blocks of one base block: they should stay in a core's cache.
+const REGION_TARGET: f64 = 8192.0;
+
+/// The block and cell grid of a box, and where its particles were when it was last renewed.
+#[derive(Debug, Clone)]
+pub struct Grid {
+    /// Blocks per axis: 1, 3 or more.
+    pub blocks: [usize; 3],
+    /// Cells per axis in one block.
+    pub cells_per_block: [usize; 3],
+    /// How many cells away a neighbour can be, per axis.
+    pub reach: [usize; 3],
+    /// Base blocks by colour.
+    pub colours: Vec<Vec<u32>>,
+    /// First slot of each cell, and the number of particles at the end.
+    pub cell_start: Vec<u32>,
+    /// Positions at the last renewal, in slot order.
+    pub reference: Vec<[f64; 3]>,
+    inverse_cell: [f64; 3],
+    cell_of_row: Vec<u32>,
+    slot_of_row: Vec<u32>,
+    order: Vec<u32>,
+}
+
+fn blocks_along(edge: f64, width: f64) -> usize {
+    let most = (edge / width) as usize;
+    match most {
+        0..=2 => 1,
+        3 => 3,
+        // An odd number would need a third colour.
+        _ => most - most % 2,
+    }
+}
+
+fn colours_along(blocks: usize) -> usize {
+    match blocks {
+        1 => 1,
+        _ => 2 + blocks % 2,
+    }
+}
+
+fn colour_along(index: usize, blocks: usize) -> usize {
+    if blocks > 1 && blocks % 2 == 1 && index == blocks - 1 {
+        2
+    } else {
+        index % 2
+    }
+}
+
+impl Grid {
+    /// The grid of a box for `n` particles and interactions up to `width` = support + margin [h].
+    pub fn new(cell: &PeriodicBox, dimension: usize, n: usize, width: f64) -> Self {
+        let mut blocks = [1; 3];
+        for axis in 1..dimension {
+            blocks[axis] = blocks_along(cell.edges[axis], width);
+        }
+        // Long blocks along x make long rows; cut them only where a region outgrows the cache.
+        let mut region = n as f64;
+        for axis in 1..dimension {
+            region *= (2.0 / blocks[axis] as f64).min(1.0);
+        }
+        if region > 2.0 * REGION_TARGET {
+            let wanted = (2.0 * region / REGION_TARGET).ceil() as usize;
+            blocks[0] = blocks_along(cell.edges[0], width).min(wanted + wanted % 2);
+        }
+        let (mut cells_per_block, mut reach, mut inverse_cell) = ([1; 3], [0; 3], [1.0; 3]);
+        for axis in 0..dimension {
+            let block_edge = cell.edges[axis] / blocks[axis] as f64;
+            cells_per_block[axis] = ((2.0 * block_edge / width) as usize).max(1);
+            let cell_edge = block_edge / cells_per_block[axis] as f64;
+            reach[axis] = (width / cell_edge).ceil() as usize;
+            inverse_cell[axis] = 1.0 / cell_edge;
+        }
+        let count = |axis: usize| colours_along(blocks[axis]);
+        let mut colours = vec![Vec::new(); count(0) * count(1) * count(2)];
+        for z in 0..blocks[2] {
+            for y in 0..blocks[1] {
+                for x in 0..blocks[0] {
+                    let colour = colour_along(x, blocks[0])
+                        + count(0)
+                            * (colour_along(y, blocks[1]) + count(1) * colour_along(z, blocks[2]));
+                    colours[colour].push((x + blocks[0] * (y + blocks[1] * z)) as u32);
+                }
+            }
+        }
+        let n_cells: usize = (0..3).map(|a| blocks[a] * cells_per_block[a]).product();
+        Self {
+            blocks,
+            cells_per_block,
+            reach,
+            colours,
+            cell_start: vec![0; n_cells + 1],
+            reference: vec![[0.0; 3]; n],
+            inverse_cell,
+            cell_of_row: vec![0; n],
+            slot_of_row: vec![0; n],
+            order: vec![0; n],
+        }
+    }
+
+    /// Total number of blocks.
+    pub fn block_count(&self) -> usize {
+        self.blocks.iter().product()
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        4 * (self.cell_start.capacity() + self.cell_of_row.capacity())
+            + 4 * (self.slot_of_row.capacity() + self.order.capacity())
+            + 24 * self.reference.capacity()
+    }
+
+    /// Cells per block, all axes together.
+    pub fn cells_in_block(&self) -> usize {
+        self.cells_per_block.iter().product()
+    }
+
+    /// Index of the cell with the given coordinates in the whole box; cells of a block are
+    /// consecutive.
+    pub fn cell_index(&self, at: [usize; 3]) -> usize {
+        let (mut block, mut inside) = (0, 0);
+        for axis in (0..3).rev() {
+            let per_block = self.cells_per_block[axis];
+            block = block * self.blocks[axis] + at[axis] / per_block;
+            inside = inside * per_block + at[axis] % per_block;
+        }
+        block * self.cells_in_block() + inside
+    }
+
+    /// Slots of a block.
+    pub fn block_slots(&self, block: usize) -> std::ops::Range<usize> {
+        let per_block = self.cells_in_block();
+        self.cell_start[block * per_block] as usize..self.cell_start[(block + 1) * per_block] as usize
+    }
+
+    fn cell_at(&self, position: &[f64; 4]) -> usize {
+        let mut at = [0; 3];
+        for axis in 0..3 {
+            let cells = self.blocks[axis] * self.cells_per_block[axis];
+            at[axis] = ((position[axis] * self.inverse_cell[axis]) as usize).min(cells - 1);
+        }
+        self.cell_index(at)
+    }
+
+    /// Wraps the particles into the box, sorts them by (block, cell, row), and takes their
+    /// positions as the new reference.
+    pub fn renew(&mut self, cell: &PeriodicBox, dimension: usize, particles: &mut Particles) {
+        let n = particles.len();
+        self.cell_start.fill(0);
+        for slot in 0..n {
+            for axis in 0..dimension {
+                let (x, turns) = cell.wrap(axis, particles.position[slot][axis]);
+                particles.position[slot][axis] = x;
+                particles.image[slot][axis] += turns;
+            }
+            let index = self.cell_at(&particles.position[slot]);
+            let row = particles.row[slot] as usize;
+            self.cell_of_row[row] = index as u32;
+            self.slot_of_row[row] = slot as u32;
+            self.cell_start[index + 1] += 1;
+        }
+        for index in 1..self.cell_start.len() {
+            self.cell_start[index] += self.cell_start[index - 1];
+        }
+        // Rows in ascending order: within a cell the order is that of rows whatever it was before.
+        for row in 0..n {
+            let next = &mut self.cell_start[self.cell_of_row[row] as usize];
+            self.order[*next as usize] = self.slot_of_row[row];
+            *next += 1;
+        }
+        self.cell_start.rotate_right(1);
+        self.cell_start[0] = 0;
+        particles.permute(&self.order);
+        for (reference, position) in self.reference.iter_mut().zip(&particles.position) {
+            *reference = [position[0], position[1], position[2]];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_of_one_colour_share_no_neighbour() {
+        for edges in [[3.4, 3.4, 3.4], [20.0, 5.2, 7.9], [2.0, 9.3, 13.1]] {
+            let cell = PeriodicBox::new(&edges, 1.0).unwrap();
+            let grid = Grid::new(&cell, 3, 200_000, 1.1);
+            for colour in &grid.colours {
+                let mut touched = std::collections::HashSet::new();
+                for &base in colour {
+                    let at = [
+                        base as usize % grid.blocks[0],
+                        base as usize / grid.blocks[0] % grid.blocks[1],
+                        base as usize / (grid.blocks[0] * grid.blocks[1]),
+                    ];
+                    let mut own = std::collections::HashSet::new();
+                    for corner in 0..8_usize {
+                        let next: Vec<usize> = (0..3)
+                            .map(|a| (at[a] + (corner >> a & 1)) % grid.blocks[a])
+                            .collect();
+                        own.insert(next);
+                    }
+                    for block in own {
+                        assert!(touched.insert(block), "{edges:?}");
+                    }
+                }
+            }
+            let all: usize = grid.colours.iter().map(Vec::len).sum();
+            assert_eq!(all, grid.block_count());
+        }
+    }
+}

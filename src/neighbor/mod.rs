@@ -1,0 +1,10 @@
+//! Who is near whom: a grid of blocks and cells that fixes the order of everything, and half lists
+//! of pairs per block.
+
+mod grid;
+mod list;
+mod skin;
+
+pub use grid::Grid;
+pub use list::{BlockList, PairList};
+pub use skin::{SkinModel, automatic_skin};

@@ -1,0 +1,80 @@
+//! The skin that should cost least: a thick one makes every sweep longer, a thin one makes lists
+//! short-lived. The estimate uses the scene's numbers only, never a clock, so it is reproducible.
+
+/// What decides how fast particles move apart.
+#[derive(Debug, Clone, Copy)]
+pub struct SkinModel {
+    /// Time step.
+    pub dt: f64,
+    /// Root mean square velocity of one component.
+    pub speed: f64,
+    /// Friction time of a particle; infinite without friction.
+    pub friction_time: f64,
+    /// Number of particles.
+    pub n: usize,
+    /// D.
+    pub dimension: usize,
+}
+
+impl SkinModel {
+    /// Expected largest displacement after time t: Ornstein-Uhlenbeck motion and the largest of n
+    /// normal vectors.
+    fn reach(&self, t: f64) -> f64 {
+        let tau = self.friction_time;
+        let x = t / tau;
+        let variance = if x < 1e-4 {
+            (self.speed * t).powi(2)
+        } else {
+            2.0 * (self.speed * tau).powi(2) * (x + (-x).exp_m1())
+        };
+        let largest = (2.0 * (self.n as f64 + 1.0).ln()).sqrt() + 0.7 * (self.dimension as f64 - 1.0);
+        variance.sqrt() * largest
+    }
+}
+
+/// The skin [h] with the least estimated cost per step.
+pub fn automatic_skin(model: &SkinModel) -> f64 {
+    // A rebuild costs about as much as this many steps.
+    const REBUILD: f64 = 1.5;
+    let mut best = (f64::INFINITY, 0.1);
+    for k in 1..=60 {
+        let skin = 0.01 * f64::from(k);
+        let (mut low, mut high) = (1.0, 2000.0);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if model.reach(middle * model.dt) > 0.5 * skin {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        // Pairs in the skin cost less than pairs that interact, but not much less.
+        let cost = (1.0 + skin).powi(model.dimension as i32) + REBUILD / low;
+        if cost < best.0 {
+            best = (cost, skin);
+        }
+    }
+    best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fast_particles_get_a_thick_skin_and_slow_ones_a_thin_one() {
+        let model = |speed: f64| SkinModel {
+            dt: 1.0,
+            speed,
+            friction_time: 2.0,
+            n: 3375,
+            dimension: 3,
+        };
+        let skins: Vec<f64> = [1e-6, 1e-4, 1e-3, 1e-2]
+            .iter()
+            .map(|&speed| automatic_skin(&model(speed)))
+            .collect();
+        assert!(skins.windows(2).all(|w| w[0] <= w[1]), "{skins:?}");
+        assert!(skins[0] <= 0.02 && skins[3] > 0.1);
+    }
+}

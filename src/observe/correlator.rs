@@ -1,0 +1,156 @@
+//! Mean-square displacement and velocity autocorrelation on logarithmically spaced lags, without a
+//! trajectory: level l keeps the last `points` samples taken every 2^l samples (Ramirez et al.,
+//! J. Chem. Phys. 133 (2010) 154103, without coarse-graining: both functions are exact at every
+//! lag). Memory: levels * points * 6 numbers a particle.
+
+use rayon::prelude::*;
+
+use super::{Observer, View};
+
+/// Sums of both functions over all particles and origins.
+pub struct Correlator {
+    every: u64,
+    dimension: usize,
+    points: usize,
+    levels: Vec<Level>,
+    samples: u64,
+}
+
+#[derive(Debug, Clone)]
+struct Level {
+    /// Ring buffers, particle by particle in row order: `points` x (position, velocity).
+    history: Vec<[f64; 6]>,
+    filled: usize,
+    next: usize,
+    /// Sums by lag, of |dr|^2 and v.v', in the user's units.
+    square_displacement: Vec<f64>,
+    velocity_product: Vec<f64>,
+    origins: Vec<f64>,
+}
+
+impl Correlator {
+    /// Sampled every so many steps, with `points` lags on each of `levels` levels.
+    pub fn new(every: u64, dimension: usize, points: usize, levels: usize) -> Self {
+        let level = Level {
+            history: Vec::new(),
+            filled: 0,
+            next: 0,
+            square_displacement: vec![0.0; points],
+            velocity_product: vec![0.0; points],
+            origins: vec![0.0; points],
+        };
+        Self {
+            every: every.max(1),
+            dimension,
+            points: points.max(2),
+            levels: vec![level; levels.max(1)],
+            samples: 0,
+        }
+    }
+
+    /// Lags in samples with the sums at each: (lag, origins, sum |dr|^2, sum v.v'), each origin
+    /// already averaged over particles. Level 0 gives lags 0 .. points - 1, level l > 0 the upper
+    /// half of its lags.
+    pub fn table(&self) -> Vec<[f64; 4]> {
+        let mut rows = Vec::new();
+        for (index, level) in self.levels.iter().enumerate() {
+            let first = if index == 0 { 0 } else { self.points / 2 };
+            for lag in first..self.points {
+                rows.push([
+                    (lag << index) as f64,
+                    level.origins[lag],
+                    level.square_displacement[lag],
+                    level.velocity_product[lag],
+                ]);
+            }
+        }
+        rows
+    }
+}
+
+impl Observer for Correlator {
+    fn every(&self) -> u64 {
+        self.every
+    }
+
+    fn sample(&mut self, view: &View) {
+        let n = view.particles.len();
+        let (points, dimension) = (self.points, self.dimension);
+        let mut now = vec![[0.0; 6]; 0];
+        for (index, level) in self.levels.iter_mut().enumerate() {
+            if self.samples % (1 << index) != 0 {
+                break;
+            }
+            if now.is_empty() {
+                now = rows_of(view);
+            }
+            if level.history.is_empty() {
+                level.history = vec![[0.0; 6]; n * points];
+            }
+            level.store(&now, points);
+            level.accumulate(&now, points, dimension, if index == 0 { 0 } else { points / 2 });
+        }
+        self.samples += 1;
+    }
+}
+
+/// Unwrapped positions and velocities by row, in the user's units.
+fn rows_of(view: &View) -> Vec<[f64; 6]> {
+    let (particles, units) = (view.particles, view.units);
+    let mut rows = vec![[0.0; 6]; particles.len()];
+    for slot in 0..particles.len() {
+        let row = &mut rows[particles.row[slot] as usize];
+        for a in 0..view.dimension {
+            let turns = f64::from(particles.image[slot][a]);
+            let unwrapped = particles.position[slot][a] + turns * view.cell.edges[a];
+            row[a] = unwrapped * units.length;
+            row[3 + a] = particles.velocity[slot][a] * units.velocity;
+        }
+    }
+    rows
+}
+
+impl Level {
+    fn store(&mut self, now: &[[f64; 6]], points: usize) {
+        for (row, state) in now.iter().enumerate() {
+            self.history[row * points + self.next] = *state;
+        }
+        self.next = (self.next + 1) % points;
+        self.filled = (self.filled + 1).min(points);
+    }
+
+    fn accumulate(&mut self, now: &[[f64; 6]], points: usize, dimension: usize, first: usize) {
+        /// Rows per partial sum: fixed, so the sum does not depend on the threads.
+        const ROWS: usize = 512;
+        let (next, filled) = (self.next, self.filled);
+        if filled <= first {
+            return;
+        }
+        let partial: Vec<Vec<[f64; 2]>> = now
+            .par_chunks(ROWS)
+            .zip(self.history.par_chunks(ROWS * points))
+            .map(|(now, history)| {
+                let mut sums = vec![[0.0; 2]; points];
+                for (state, past) in now.iter().zip(history.chunks(points)) {
+                    for (lag, sum) in sums.iter_mut().enumerate().take(filled).skip(first) {
+                        let old = &past[(next + points - 1 - lag) % points];
+                        for a in 0..dimension {
+                            let step = state[a] - old[a];
+                            sum[0] += step * step;
+                            sum[1] += state[3 + a] * old[3 + a];
+                        }
+                    }
+                }
+                sums
+            })
+            .collect();
+        let n = now.len() as f64;
+        for lag in first..filled {
+            self.origins[lag] += 1.0;
+            for sums in &partial {
+                self.square_displacement[lag] += sums[lag][0] / n;
+                self.velocity_product[lag] += sums[lag][1] / n;
+            }
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Observers: what is measured inside the loop, without a step of Python.
+
+mod correlator;
+mod thermodynamics;
+
+pub use correlator::Correlator;
+pub use thermodynamics::Thermodynamics;
+
+use crate::domain::PeriodicBox;
+use crate::eos::EquationOfState;
+use crate::state::Particles;
+use crate::units::Units;
+
+/// What an observer sees after a step.
+pub struct View<'a> {
+    /// Steps done.
+    pub step: u64,
+    /// Simulated time in the user's units.
+    pub time: f64,
+    /// D.
+    pub dimension: usize,
+    /// Reduced units.
+    pub units: &'a Units,
+    /// The box.
+    pub cell: &'a PeriodicBox,
+    /// State in slot order.
+    pub particles: &'a Particles,
+    /// Equation of state, in the user's units.
+    pub eos: &'a dyn EquationOfState,
+}
+
+/// Something that samples the state every so many steps.
+pub trait Observer: Send {
+    /// Steps between samples, >= 1.
+    fn every(&self) -> u64;
+    /// Takes one sample.
+    fn sample(&mut self, view: &View);
+}

@@ -1,0 +1,294 @@
+//! Friction between two particles, and the noise that belongs to it. This file is the only place
+//! where either is formed, so no integrator can break the balance between them.
+//!
+//! Deterministic part (a, b from the viscosities, g = F / (d_i d_j), e along r_ij):
+//!     f_i = -g (a u + b e (e.u)),   u = v_i - v_j,
+//!     a = eta (1 + 2/D) - zeta,     b = (D + 2)(zeta + eta (1 - 2/D)).
+//! Noise has covariance 2 kB T g (a I + b e e^T) per unit time. In "central" form a = 0.
+
+use nalgebra::SMatrix;
+
+use crate::random::expm1_negative;
+
+/// Which terms of the friction exist; chosen by type, so absent ones leave no code behind.
+pub trait FrictionForm: Copy + Send + Sync + 'static {
+    /// Name in the registry.
+    const NAME: &'static str;
+    /// Is there friction at all?
+    const ON: bool;
+    /// Does it act along the line of centres only (and so keep angular momentum)?
+    const CENTRAL: bool;
+}
+
+/// No friction: pure Hamiltonian dynamics.
+#[derive(Debug, Clone, Copy)]
+pub struct Frictionless;
+/// Components along and across the line of centres.
+#[derive(Debug, Clone, Copy)]
+pub struct General;
+/// Along the line of centres only.
+#[derive(Debug, Clone, Copy)]
+pub struct Central;
+
+impl FrictionForm for Frictionless {
+    const NAME: &'static str = "none";
+    const ON: bool = false;
+    const CENTRAL: bool = false;
+}
+impl FrictionForm for General {
+    const NAME: &'static str = "general";
+    const ON: bool = true;
+    const CENTRAL: bool = false;
+}
+impl FrictionForm for Central {
+    const NAME: &'static str = "central";
+    const ON: bool = true;
+    const CENTRAL: bool = true;
+}
+
+/// Coefficients of a fluid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairFriction {
+    /// a: across the line of centres.
+    pub across: f64,
+    /// b: along it, on top of a.
+    pub along: f64,
+    /// kB T.
+    pub thermal_energy: f64,
+}
+
+/// What the force of an explicit step needs; fixed during a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Kick {
+    drag_across: f64,
+    drag_along: f64,
+    noise_across: f64,
+    noise_along: f64,
+}
+
+/// What an exact velocity exchange over a time needs; fixed during a run. Unit particle mass.
+#[derive(Debug, Clone, Copy)]
+pub struct Exchange {
+    rate_across: f64,
+    rate_along: f64,
+    variance: f64,
+}
+
+impl PairFriction {
+    /// Forces for a step `dt`.
+    pub fn kick(&self, dt: f64) -> Kick {
+        let strength = (2.0 * self.thermal_energy / dt).sqrt();
+        let root_across = self.across.sqrt();
+        Kick {
+            drag_across: self.across,
+            drag_along: self.along,
+            noise_across: strength * root_across,
+            noise_along: strength * ((self.across + self.along).sqrt() - root_across),
+        }
+    }
+
+    /// Exact exchange over the time `t`; the reduced mass of a pair is 1/2.
+    pub fn exchange(&self, t: f64) -> Exchange {
+        Exchange {
+            rate_across: 2.0 * self.across * t,
+            rate_along: 2.0 * (self.across + self.along) * t,
+            variance: 2.0 * self.thermal_energy,
+        }
+    }
+
+    /// Friction matrix G of a pair with weight g and unit vector e, as a matrix: for tests.
+    pub fn matrix<const D: usize>(&self, g: f64, e: [f64; D]) -> SMatrix<f64, D, D> {
+        let e = SMatrix::<f64, D, 1>::from(e);
+        (SMatrix::<f64, D, D>::identity() * self.across + e * e.transpose() * self.along) * g
+    }
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl Kick {
+    /// Drag and noise on i from one pair: r = r_ij, u = v_ij, `inverse_r2` = 1/r^2, xi the pair's
+    /// variates with the sign of the order of ids (the central form uses `xi[0]`, without a sign).
+    #[inline(always)]
+    pub fn force<F: FrictionForm>(
+        &self,
+        g: f64,
+        inverse_r2: f64,
+        r: [f64; 3],
+        u: [f64; 3],
+        xi: [f64; 3],
+        noise: bool,
+    ) -> [f64; 3] {
+        let along = -self.drag_along * g * inverse_r2 * dot(r, u);
+        if F::CENTRAL {
+            let mut strength = along;
+            if noise {
+                strength += self.noise_along * (g * inverse_r2).sqrt() * xi[0];
+            }
+            return r.map(|x| strength * x);
+        }
+        let across = -self.drag_across * g;
+        if !noise {
+            return std::array::from_fn(|a| along * r[a] + across * u[a]);
+        }
+        let root_g = g.sqrt();
+        let noise_along = self.noise_along * root_g * inverse_r2 * dot(r, xi);
+        let noise_across = self.noise_across * root_g;
+        std::array::from_fn(|a| {
+            (along + noise_along) * r[a] + (across * u[a] + noise_across * xi[a])
+        })
+    }
+}
+
+/// The change of v_i (and minus that of v_j) in one exchange, dv = half_across u + half_along r
+/// (r.u) + noise: everything that does not depend on the velocities.
+#[derive(Debug, Clone, Copy)]
+pub struct ExchangeTerms {
+    /// Factor of u.
+    pub half_across: f64,
+    /// Factor of r (r.u).
+    pub half_along: f64,
+    /// The random part; the central form uses the first component, times r.
+    pub noise: [f64; 3],
+}
+
+impl Exchange {
+    /// Exact solution of the pair's Ornstein-Uhlenbeck process (Shardlow 2003 split it off; the
+    /// exact form is in Serrano et al., J. Phys. A 39 (2006) 1523).
+    #[inline(always)]
+    pub fn terms<F: FrictionForm>(
+        &self,
+        g: f64,
+        inverse_r2: f64,
+        r: [f64; 3],
+        xi: [f64; 3],
+        noise: bool,
+    ) -> ExchangeTerms {
+        let along = expm1_negative(self.rate_along * g);
+        // 1 - E^2 with E = 1 + m: no cancellation where the step is short.
+        let spread = |m: f64| (-m * (2.0 + m) * self.variance).sqrt();
+        if F::CENTRAL {
+            let kick = if noise {
+                0.5 * spread(along) * inverse_r2.sqrt() * xi[0]
+            } else {
+                0.0
+            };
+            return ExchangeTerms {
+                half_across: 0.0,
+                half_along: 0.5 * along * inverse_r2,
+                noise: [kick, 0.0, 0.0],
+            };
+        }
+        let across = expm1_negative(self.rate_across * g);
+        let mut kick = [0.0; 3];
+        if noise {
+            let spread_across = 0.5 * spread(across);
+            let excess = (0.5 * spread(along) - spread_across) * inverse_r2 * dot(r, xi);
+            kick = std::array::from_fn(|a| spread_across * xi[a] + excess * r[a]);
+        }
+        ExchangeTerms {
+            half_across: 0.5 * across,
+            half_along: 0.5 * (along - across) * inverse_r2,
+            noise: kick,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix2, Matrix3, Vector3};
+
+    fn unit(index: usize) -> [f64; 3] {
+        std::array::from_fn(|a| if a == index { 1.0 } else { 0.0 })
+    }
+
+    fn separation(dimension: usize) -> ([f64; 3], f64) {
+        let r = [0.3, -0.5, if dimension == 3 { 0.2 } else { 0.0 }];
+        (r, 1.0 / dot(r, r))
+    }
+
+    fn columns<F: FrictionForm>(friction: &PairFriction, dt: f64, dimension: usize) -> Matrix3<f64> {
+        let (r, inverse_r2) = separation(dimension);
+        let mut operator = Matrix3::zeros();
+        let count = if F::CENTRAL { 1 } else { dimension };
+        for k in 0..count {
+            let f = friction
+                .kick(dt)
+                .force::<F>(0.7, inverse_r2, r, [0.0; 3], unit(k), true);
+            operator.set_column(k, &Vector3::from(f));
+        }
+        operator
+    }
+
+    /// B B^T dt = 2 kB T Gamma, without sampling.
+    #[test]
+    fn noise_balances_drag_exactly() {
+        for (dimension, eta, zeta) in [(2, 1.3, 0.0), (2, 1.3, 0.9), (3, 2.1, 0.0), (3, 2.1, 3.5)] {
+            let d = dimension as f64;
+            let friction = PairFriction {
+                across: eta * (1.0 + 2.0 / d) - zeta,
+                along: (d + 2.0) * (zeta + eta * (1.0 - 2.0 / d)),
+                thermal_energy: 0.6,
+            };
+            let dt = 0.013;
+            let b = columns::<General>(&friction, dt, dimension);
+            let covariance = b * b.transpose() * dt;
+            let (r, inverse_r2) = separation(dimension);
+            let e = r.map(|x| x * inverse_r2.sqrt());
+            if dimension == 3 {
+                let gamma = friction.matrix::<3>(0.7, e) * 1.2;
+                assert!((covariance - gamma).abs().max() < 1e-13 * gamma.abs().max());
+            } else {
+                let gamma = friction.matrix::<2>(0.7, [e[0], e[1]]) * 1.2;
+                let plane: Matrix2<f64> = covariance.fixed_view::<2, 2>(0, 0).into();
+                assert!((plane - gamma).abs().max() < 1e-13 * gamma.abs().max());
+            }
+        }
+        let central = PairFriction {
+            across: 0.0,
+            along: 10.0,
+            thermal_energy: 0.6,
+        };
+        let b = columns::<Central>(&central, 0.02, 3);
+        let (r, inverse_r2) = separation(3);
+        let gamma = central.matrix::<3>(0.7, r.map(|x| x * inverse_r2.sqrt())) * 1.2;
+        assert!((b * b.transpose() * 0.02 - gamma).abs().max() < 1e-13 * gamma.abs().max());
+    }
+
+    /// An exchange keeps the Maxwell distribution at any step: M M^T s2 + N N^T = s2, and for short
+    /// times it is the explicit force.
+    #[test]
+    fn exchange_keeps_the_maxwell_distribution() {
+        let friction = PairFriction {
+            across: 1.4,
+            along: 2.2,
+            thermal_energy: 0.6,
+        };
+        let (r, inverse_r2) = separation(3);
+        let s2 = 2.0 * friction.thermal_energy;
+        for t in [1e-9, 1e-3, 0.5, 30.0] {
+            let exchange = friction.exchange(t);
+            let mut decay = Matrix3::identity();
+            let mut noise = Matrix3::zeros();
+            for k in 0..3 {
+                let terms = exchange.terms::<General>(0.7, inverse_r2, r, unit(k), true);
+                let ru = dot(r, unit(k));
+                for a in 0..3 {
+                    decay[(a, k)] += 2.0
+                        * (terms.half_across * unit(k)[a] + terms.half_along * ru * r[a]);
+                    noise[(a, k)] = 2.0 * terms.noise[a];
+                }
+            }
+            let balance = decay * decay.transpose() * s2 + noise * noise.transpose();
+            assert!((balance - Matrix3::identity() * s2).abs().max() < 1e-13);
+            if t < 1e-6 {
+                let gamma = friction.matrix::<3>(0.7, r.map(|x| x * inverse_r2.sqrt()));
+                let rate = (Matrix3::identity() - decay) / (2.0 * t);
+                assert!((rate - gamma).abs().max() < 1e-6);
+            }
+        }
+    }
+}

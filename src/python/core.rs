@@ -1,0 +1,618 @@
+//! One simulation as Python sees it: the engine behind a lock, and arrays shared with NumPy.
+
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use super::arrays::Column;
+use super::errors::to_python;
+use super::observers::{CorrelatorHandle, ThermodynamicsHandle};
+use crate::observe::{Correlator, Thermodynamics};
+use crate::registry::Combination;
+use crate::simulation::{Clock, Engine, Settings};
+
+/// Arrays in the user's units and row order.
+struct Columns {
+    positions: Column<f64>,
+    velocities: Column<f64>,
+    forces: Column<f64>,
+    number_densities: Column<f64>,
+    densities: Column<f64>,
+    pressures: Column<f64>,
+    ids: Column<u64>,
+    images: Column<i32>,
+}
+
+/// A simulation. See `sdpd.Simulation`, which is what users make.
+#[pyclass(frozen, module = "sdpd._core")]
+pub struct Core {
+    engine: Mutex<Engine>,
+    columns: Columns,
+    n: usize,
+    dimension: usize,
+}
+
+fn wrong_shape(name: &str, want: [usize; 2], got: &[usize]) -> PyErr {
+    PyValueError::new_err(format!(
+        "`{name}` must have shape ({}, {}), got {got:?}",
+        want[0], want[1]
+    ))
+}
+
+fn check_finite(name: &str, values: &[f64], width: usize) -> PyResult<()> {
+    match values.iter().position(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(at) => Err(PyValueError::new_err(format!(
+            "`{name}` must be finite, got {} in row {}",
+            values[at],
+            at / width
+        ))),
+    }
+}
+
+impl Core {
+    fn lock(&self) -> PyResult<MutexGuard<'_, Engine>> {
+        match self.engine.try_lock() {
+            Ok(guard) => Ok(guard),
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "the simulation is running in another thread; wait until its run() returns",
+            )),
+        }
+    }
+
+    /// Writes the engine's state into the arrays.
+    fn export(&self, py: Python<'_>, engine: &Engine) {
+        let d = self.dimension;
+        let columns = &self.columns;
+        let (positions, velocities) = (columns.positions.elements(py), columns.velocities.elements(py));
+        let forces = columns.forces.elements(py);
+        let (numbers, densities) = (
+            columns.number_densities.elements(py),
+            columns.densities.elements(py),
+        );
+        let (pressures, ids) = (columns.pressures.elements(py), columns.ids.elements(py));
+        let images = columns.images.elements(py);
+        let (particles, units) = (&engine.particles, &engine.units);
+        let (force_unit, pressure_unit) = (units.force(), units.pressure());
+        let (number_unit, mass_unit) = (units.number_density(), units.mass_density());
+        for slot in 0..self.n {
+            let row = particles.row[slot] as usize;
+            let (position, image) = exported_position(engine, slot);
+            for a in 0..d {
+                positions[row * d + a] = position[a];
+                images[row * d + a] = image[a];
+                velocities[row * d + a] = particles.velocity[slot][a] * units.velocity;
+                forces[row * d + a] = particles.force[slot][a] * force_unit;
+            }
+            let density = particles.density[slot];
+            numbers[row] = density * number_unit;
+            densities[row] = density * mass_unit;
+            pressures[row] = particles.velocity[slot][3] * density * density * pressure_unit;
+            ids[row] = particles.id[slot];
+        }
+    }
+
+    /// Takes over what the user wrote into positions and velocities since the last export.
+    fn import(&self, py: Python<'_>, engine: &mut Engine) -> PyResult<()> {
+        let d = self.dimension;
+        let positions = self.columns.positions.elements(py);
+        let velocities = self.columns.velocities.elements(py);
+        let mut changes = Vec::new();
+        let mut lists = false;
+        for slot in 0..self.n {
+            let row = engine.particles.row[slot] as usize;
+            let at = row * d..(row + 1) * d;
+            let (position, _) = exported_position(engine, slot);
+            let velocity = &engine.particles.velocity[slot];
+            let moved = positions[at.clone()] != position[..d];
+            let pushed = (0..d)
+                .any(|a| velocities[row * d + a] != velocity[a] * engine.units.velocity);
+            if moved || pushed {
+                changes.push((slot, row, moved, pushed));
+                lists |= moved;
+            }
+        }
+        if changes.is_empty() {
+            return Ok(());
+        }
+        check_finite("positions", positions, d)?;
+        check_finite("velocities", velocities, d)?;
+        for (slot, row, moved, pushed) in changes {
+            let units = engine.units;
+            let record = &engine.particles.position[slot];
+            let mut position = [record[0], record[1], record[2]];
+            let record = &engine.particles.velocity[slot];
+            let mut velocity = [record[0], record[1], record[2]];
+            for a in 0..d {
+                if moved {
+                    position[a] = positions[row * d + a] / units.length;
+                }
+                if pushed {
+                    velocity[a] = velocities[row * d + a] / units.velocity;
+                }
+            }
+            engine.place(slot, position, velocity);
+        }
+        engine.renew(lists).map_err(|e| to_python(py, &e))
+    }
+
+    fn by_row(&self, py: Python<'_>, engine: &Engine, records: &[[f64; 4]]) -> Py<PyArray2<f64>> {
+        let unit = engine.units.force();
+        let mut table = Array2::zeros((self.n, self.dimension));
+        for (slot, record) in records.iter().enumerate() {
+            let row = engine.particles.row[slot] as usize;
+            for a in 0..self.dimension {
+                table[(row, a)] = record[a] * unit;
+            }
+        }
+        table.into_pyarray(py).unbind()
+    }
+}
+
+/// Position inside the box in the user's units, and the image it is in.
+fn exported_position(engine: &Engine, slot: usize) -> ([f64; 3], [i32; 3]) {
+    let mut position = [0.0; 3];
+    let mut image = engine.particles.image[slot];
+    for axis in 0..engine.dimension {
+        let (x, turns) = engine
+            .cell
+            .wrap(axis, engine.particles.position[slot][axis]);
+        position[axis] = x * engine.units.length;
+        image[axis] += turns;
+    }
+    (position, image)
+}
+
+#[pymethods]
+impl Core {
+    #[new]
+    #[pyo3(signature = (positions, velocities, *, r#box, support, mass, thermal_energy, kernel, friction,
+        friction_across, friction_along, eos, noise, integrator, iterations, body_force, dt, seed, skin,
+        threads))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        positions: PyReadonlyArray2<'_, f64>,
+        velocities: PyReadonlyArray2<'_, f64>,
+        r#box: Vec<f64>,
+        support: f64,
+        mass: f64,
+        thermal_energy: f64,
+        kernel: String,
+        friction: String,
+        friction_across: f64,
+        friction_along: f64,
+        eos: (String, Vec<f64>),
+        noise: String,
+        integrator: String,
+        iterations: u32,
+        body_force: Option<(Vec<f64>, Option<(usize, u32)>)>,
+        dt: f64,
+        seed: u64,
+        skin: Option<f64>,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let (positions, velocities) = (positions.as_array(), velocities.as_array());
+        let n = positions.nrows();
+        let dimension = r#box.len();
+        let settings = Settings {
+            combination: Combination {
+                dimension,
+                kernel,
+                friction,
+                noise,
+                integrator,
+            },
+            edges: r#box,
+            support,
+            mass,
+            thermal_energy,
+            friction_across,
+            friction_along,
+            eos,
+            iterations,
+            body_force,
+            dt,
+            seed,
+            skin,
+            threads,
+        };
+        let mut engine = Engine::new(n, &settings).map_err(|e| to_python(py, &e))?;
+        if positions.ncols() != dimension {
+            return Err(wrong_shape("positions", [n, dimension], positions.shape()));
+        }
+        if velocities.shape() != positions.shape() {
+            return Err(wrong_shape("velocities", [n, dimension], velocities.shape()));
+        }
+        let flat: Vec<f64> = positions.iter().copied().collect();
+        check_finite("positions", &flat, dimension)?;
+        let flat: Vec<f64> = velocities.iter().copied().collect();
+        check_finite("velocities", &flat, dimension)?;
+        let units = engine.units;
+        for row in 0..n {
+            let mut position = [0.0; 3];
+            let mut velocity = [0.0; 3];
+            for a in 0..dimension {
+                position[a] = positions[(row, a)] / units.length;
+                velocity[a] = velocities[(row, a)] / units.velocity;
+            }
+            engine.place(row, position, velocity);
+        }
+        py.detach(|| engine.renew(true))
+            .map_err(|e| to_python(py, &e))?;
+        let columns = Columns {
+            positions: Column::new(py, n, dimension, true)?,
+            velocities: Column::new(py, n, dimension, true)?,
+            forces: Column::new(py, n, dimension, false)?,
+            number_densities: Column::new(py, n, 0, false)?,
+            densities: Column::new(py, n, 0, false)?,
+            pressures: Column::new(py, n, 0, false)?,
+            ids: Column::new(py, n, 0, false)?,
+            images: Column::new(py, n, dimension, false)?,
+        };
+        let core = Self {
+            engine: Mutex::new(engine),
+            columns,
+            n,
+            dimension,
+        };
+        core.export(py, &*core.lock()?);
+        Ok(core)
+    }
+
+    #[getter]
+    fn positions(&self, py: Python<'_>) -> Py<PyAny> {
+        self.columns.positions.view(py)
+    }
+    #[getter]
+    fn velocities(&self, py: Python<'_>) -> Py<PyAny> {
+        self.columns.velocities.view(py)
+    }
+    #[getter]
+    fn forces(&self, py: Python<'_>) -> Py<PyAny> {
+        self.columns.forces.view(py)
+    }
+    #[getter]
+    fn number_densities(&self, py: Python<'_>) -> Py<PyAny> {
+        self.columns.number_densities.view(py)
+    }
+    #[getter]
+    fn densities(&self, py: Python<'_>) -> Py<PyAny> {
+        self.columns.densities.view(py)
+    }
+    #[getter]
+    fn pressures(&self, py: Python<'_>) -> Py<PyAny> {
+        self.columns.pressures.view(py)
+    }
+    #[getter]
+    fn ids(&self, py: Python<'_>) -> Py<PyAny> {
+        self.columns.ids.view(py)
+    }
+    #[getter]
+    fn images(&self, py: Python<'_>) -> Py<PyAny> {
+        self.columns.images.view(py)
+    }
+
+    /// Steps done.
+    #[getter]
+    fn step(&self) -> PyResult<u64> {
+        Ok(self.lock()?.step)
+    }
+
+    /// Simulated time.
+    #[getter]
+    fn time(&self) -> PyResult<f64> {
+        Ok(self.lock()?.time())
+    }
+
+    /// Advances by `steps` steps of `dt`; the arrays show the new state afterwards, or the old one
+    /// if the run failed.
+    fn run(&self, py: Python<'_>, steps: u64, dt: f64) -> PyResult<()> {
+        if !(dt.is_finite() && dt > 0.0) {
+            return Err(PyValueError::new_err(format!(
+                "`dt` must be finite and > 0, got {dt}"
+            )));
+        }
+        let mut engine = self.lock()?;
+        self.import(py, &mut engine)?;
+        let (step, clock) = (engine.step, engine.clock());
+        let result = {
+            let engine = &mut *engine;
+            py.detach(|| engine.run(steps, dt))
+        };
+        match result {
+            Ok(()) => {
+                self.export(py, &engine);
+                Ok(())
+            }
+            Err(error) => {
+                self.go_back(py, &mut engine, step, clock);
+                Err(to_python(py, &error))
+            }
+        }
+    }
+
+    /// Brings derived arrays up to date with what the user wrote.
+    fn refresh(&self, py: Python<'_>) -> PyResult<()> {
+        let mut engine = self.lock()?;
+        self.import(py, &mut engine)?;
+        self.export(py, &engine);
+        Ok(())
+    }
+
+    /// Conservative, dissipative and random force (the last as velocity Verlet draws it at the
+    /// present step), (N, D) each.
+    fn force_parts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let mut engine = self.lock()?;
+        self.import(py, &mut engine)?;
+        let parts = engine.force_parts();
+        let result = PyDict::new(py);
+        result.set_item("conservative", self.by_row(py, &engine, &parts.conservative))?;
+        result.set_item("dissipative", self.by_row(py, &engine, &parts.dissipative))?;
+        result.set_item("random", self.by_row(py, &engine, &parts.random))?;
+        Ok(result)
+    }
+
+    /// Rows of the pairs in the order of a forward sweep, (M, 2); pairs in the skin included.
+    fn pair_order<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let engine = self.lock()?;
+        let row = |slot: u32| engine.particles.row[slot as usize];
+        let mut pairs = Vec::new();
+        for &base in engine.grid.colours.iter().flatten() {
+            let block = &engine.list.blocks[base as usize];
+            if block.shuffled.is_empty() {
+                let mut begin = 0;
+                for &[head, end] in &block.rows {
+                    for &other in &block.neighbours[begin..end as usize] {
+                        pairs.extend([row(head), row(other)]);
+                    }
+                    begin = end as usize;
+                }
+            } else {
+                for pair in &block.shuffled {
+                    pairs.extend(pair.map(|place| row(block.region_slots[place as usize])));
+                }
+            }
+        }
+        let table = Array2::from_shape_vec((pairs.len() / 2, 2), pairs)
+            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        Ok(table.into_pyarray(py))
+    }
+
+    /// Exact initial slope of the velocity autocorrelation, (1/m) <sum_j g_ij> (a + b/D) [1/time].
+    fn friction_rate(&self, py: Python<'_>) -> PyResult<f64> {
+        let mut engine = self.lock()?;
+        self.import(py, &mut engine)?;
+        let time = engine.units.time();
+        Ok(engine.friction_rate() / time)
+    }
+
+    /// Sizes and counts: pairs in the lists, bytes, skin and margin [length], renewals.
+    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let engine = self.lock()?;
+        let (skin, margin) = engine.skin_and_margin();
+        let result = PyDict::new(py);
+        result.set_item("pairs_in_list", engine.list.len())?;
+        result.set_item("list_bytes", engine.list.bytes())?;
+        result.set_item("state_bytes", engine.state_bytes() + self.column_bytes())?;
+        result.set_item("skin", skin * engine.units.length)?;
+        result.set_item("margin", margin * engine.units.length)?;
+        result.set_item("grid_renewals", engine.counters.grid_renewals)?;
+        result.set_item("list_builds", engine.counters.list_builds)?;
+        result.set_item("blocks", engine.grid.blocks)?;
+        Ok(result)
+    }
+
+    /// Samples temperatures, energies, momentum, densities and pressure every `every` steps.
+    fn attach_thermodynamics(&self, every: u64) -> PyResult<ThermodynamicsHandle> {
+        let shared = Arc::new(Mutex::new(Thermodynamics::new(every, self.dimension)));
+        self.lock()?.attach(shared.clone());
+        Ok(ThermodynamicsHandle {
+            shared,
+            dimension: self.dimension,
+        })
+    }
+
+    /// Correlates positions and velocities every `every` steps on `levels` levels of `points` lags.
+    fn attach_correlator(
+        &self,
+        every: u64,
+        points: usize,
+        levels: usize,
+    ) -> PyResult<CorrelatorHandle> {
+        let correlator = Correlator::new(every, self.dimension, points, levels);
+        let shared = Arc::new(Mutex::new(correlator));
+        self.lock()?.attach(shared.clone());
+        Ok(CorrelatorHandle { shared })
+    }
+
+    /// Detaches all observers; their handles stay readable.
+    fn detach_all(&self) -> PyResult<()> {
+        self.lock()?.detach_all();
+        Ok(())
+    }
+
+    /// The exact internal state, for a checkpoint.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let mut engine = self.lock()?;
+        self.import(py, &mut engine)?;
+        let state = PyDict::new(py);
+        let particles = &engine.particles;
+        let clock = engine.clock();
+        state.set_item("step", engine.step)?;
+        state.set_item("base_step", clock.base_step)?;
+        state.set_item("base_time", clock.base_time)?;
+        state.set_item("dt", clock.dt)?;
+        state.set_item("position", bytes_of(py, &particles.position))?;
+        state.set_item("velocity", bytes_of(py, &particles.velocity))?;
+        state.set_item("force", bytes_of(py, &particles.force))?;
+        state.set_item("id", bytes_of(py, &particles.id))?;
+        state.set_item("row", bytes_of(py, &particles.row))?;
+        state.set_item("image", bytes_of(py, &particles.image))?;
+        state.set_item("grid_reference", bytes_of(py, &engine.grid.reference))?;
+        state.set_item("list_reference", bytes_of(py, &engine.list.reference))?;
+        Ok(state)
+    }
+
+    /// Restores what `state` gave, bit for bit, into a simulation built with the same settings.
+    fn set_state(&self, py: Python<'_>, state: &Bound<'_, PyDict>) -> PyResult<()> {
+        let mut engine = self.lock()?;
+        let n = self.n;
+        let position: Vec<[f64; 4]> = values_of(state, "position", n)?;
+        let velocity: Vec<[f64; 4]> = values_of(state, "velocity", n)?;
+        let force: Vec<[f64; 4]> = values_of(state, "force", n)?;
+        let id: Vec<u64> = values_of(state, "id", n)?;
+        let row: Vec<u32> = values_of(state, "row", n)?;
+        let image: Vec<[i32; 3]> = values_of(state, "image", n)?;
+        let grid: Vec<[f64; 3]> = values_of(state, "grid_reference", n)?;
+        let (skin, margin) = engine.skin_and_margin();
+        let listed = if skin < margin { n } else { 0 };
+        let list: Vec<[f64; 3]> = values_of(state, "list_reference", listed)?;
+        let mut seen = vec![false; n];
+        for &row in &row {
+            match seen.get_mut(row as usize) {
+                Some(once) if !*once => *once = true,
+                _ => {
+                    return Err(PyValueError::new_err(format!(
+                        "`row` must be a permutation of the rows, got {row} out of range or twice"
+                    )));
+                }
+            }
+        }
+        let finite = |what: &str, ok: bool| {
+            if ok {
+                Ok(())
+            } else {
+                Err(PyValueError::new_err(format!("`{what}` must be finite")))
+            }
+        };
+        let all3 = |v: &[[f64; 4]]| v.iter().all(|r| r[..3].iter().all(|x| x.is_finite()));
+        finite("position", all3(&position))?;
+        finite("velocity", all3(&velocity))?;
+        finite("force", all3(&force))?;
+        for (what, reference) in [("grid_reference", &grid), ("list_reference", &list)] {
+            finite(what, reference.iter().flatten().all(|x| x.is_finite()))?;
+        }
+        let step: u64 = item(state, "step")?.extract()?;
+        let clock = Clock {
+            base_time: item(state, "base_time")?.extract()?,
+            base_step: item(state, "base_step")?.extract()?,
+            dt: item(state, "dt")?.extract()?,
+        };
+        if clock.base_step > step || !(clock.dt > 0.0) || !clock.base_time.is_finite() {
+            return Err(PyValueError::new_err(format!(
+                "`base_step` must be at most `step`, and `dt` > 0, got {clock:?} at step {step}"
+            )));
+        }
+        let particles = &mut engine.particles;
+        particles.velocity = velocity;
+        particles.force = force;
+        particles.id = id;
+        particles.row = row;
+        particles.image = image;
+        engine.set_clock(clock, step);
+        let engine_ref = &mut *engine;
+        py.detach(|| engine_ref.restore_lists(&grid, &list, &position));
+        self.export(py, &engine);
+        Ok(())
+    }
+}
+
+impl Core {
+    fn column_bytes(&self) -> usize {
+        self.n * (8 * (3 * self.dimension + 4) + 4 * self.dimension)
+    }
+
+    /// After a failed run: the engine returns to what the arrays still show.
+    fn go_back(&self, py: Python<'_>, engine: &mut Engine, step: u64, clock: Clock) {
+        let d = self.dimension;
+        let positions = self.columns.positions.elements(py);
+        let velocities = self.columns.velocities.elements(py);
+        let images = self.columns.images.elements(py);
+        let units = engine.units;
+        for slot in 0..self.n {
+            let row = engine.particles.row[slot] as usize;
+            let (mut position, mut velocity) = ([0.0; 3], [0.0; 3]);
+            for a in 0..d {
+                position[a] = positions[row * d + a] / units.length;
+                velocity[a] = velocities[row * d + a] / units.velocity;
+                engine.particles.image[slot][a] = images[row * d + a];
+            }
+            engine.place(slot, position, velocity);
+        }
+        engine.set_clock(clock, step);
+        // The exported state was good, so this cannot fail; if it does, the next run says so.
+        let _ = engine.renew(true);
+    }
+}
+
+fn item<'py>(state: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+    state
+        .get_item(key)?
+        .ok_or_else(|| PyValueError::new_err(format!("`{key}` is missing from the state")))
+}
+
+/// Plain values as bytes.
+fn bytes_of<'py, T: Plain>(py: Python<'py>, values: &[T]) -> Bound<'py, PyBytes> {
+    let mut bytes = Vec::with_capacity(std::mem::size_of_val(values));
+    for value in values {
+        value.write(&mut bytes);
+    }
+    PyBytes::new(py, &bytes)
+}
+
+fn values_of<T: Plain>(state: &Bound<'_, PyDict>, key: &str, n: usize) -> PyResult<Vec<T>> {
+    let any = item(state, key)?;
+    let bytes = any.cast::<PyBytes>()?.as_bytes();
+    let size = std::mem::size_of::<T>();
+    if bytes.len() != n * size {
+        return Err(PyValueError::new_err(format!(
+            "`{key}` must hold {} bytes, got {}",
+            n * size,
+            bytes.len()
+        )));
+    }
+    Ok(bytes.chunks_exact(size).map(T::read).collect())
+}
+
+/// A value with a fixed little-endian form.
+trait Plain: Copy {
+    fn write(&self, bytes: &mut Vec<u8>);
+    fn read(bytes: &[u8]) -> Self;
+}
+
+macro_rules! plain {
+    ($kind:ty) => {
+        impl Plain for $kind {
+            fn write(&self, bytes: &mut Vec<u8>) {
+                bytes.extend(self.to_le_bytes());
+            }
+            fn read(bytes: &[u8]) -> Self {
+                let mut buffer = [0; std::mem::size_of::<$kind>()];
+                buffer.copy_from_slice(bytes);
+                <$kind>::from_le_bytes(buffer)
+            }
+        }
+    };
+}
+plain!(f64);
+plain!(u64);
+plain!(u32);
+plain!(i32);
+
+impl<T: Plain, const K: usize> Plain for [T; K] {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        for value in self {
+            value.write(bytes);
+        }
+    }
+    fn read(bytes: &[u8]) -> Self {
+        let size = std::mem::size_of::<T>();
+        std::array::from_fn(|k| T::read(&bytes[k * size..(k + 1) * size]))
+    }
+}

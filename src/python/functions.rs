@@ -1,0 +1,251 @@
+//! Free functions: the physics of a site or a pair, for the Python side and for tests.
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use super::errors::to_python;
+use crate::domain::PeriodicBox;
+use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
+use crate::random::{Gaussian, Stream, SweepKey, Uniform, Variate};
+use crate::{eos, random, registry, relax};
+
+fn invalid(text: String) -> PyErr {
+    PyValueError::new_err(text)
+}
+
+fn check_dimension(dimension: usize) -> PyResult<()> {
+    if registry::DIMENSIONS.contains(&dimension) {
+        Ok(())
+    } else {
+        Err(invalid(format!(
+            "`dimension` must be 2 or 3, got {dimension}"
+        )))
+    }
+}
+
+/// Names of the kernels.
+#[pyfunction]
+fn kernel_names() -> Vec<&'static str> {
+    registry::KERNELS.to_vec()
+}
+
+fn profile<K: Kernel>(dimension: usize, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let both = |q: f64| match dimension {
+        2 => (K::w::<2>(q), K::f::<2>(q)),
+        _ => (K::w::<3>(q), K::f::<3>(q)),
+    };
+    q.iter().map(|&q| both(q)).unzip()
+}
+
+type Pair1<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// W h^D and F h^(D+2) at q = r/h.
+#[pyfunction]
+fn kernel_profile<'py>(
+    py: Python<'py>,
+    kernel: &str,
+    dimension: usize,
+    q: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Pair1<'py>> {
+    check_dimension(dimension)?;
+    let view = q.as_array();
+    if let Some(bad) = view.iter().find(|q| !(**q >= 0.0)) {
+        return Err(invalid(format!("`q` must be >= 0, got {bad}")));
+    }
+    let q = view.to_vec();
+    let (w, f) = match kernel {
+        Lucy::NAME => profile::<Lucy>(dimension, &q),
+        QuinticSpline::NAME => profile::<QuinticSpline>(dimension, &q),
+        WendlandC2::NAME => profile::<WendlandC2>(dimension, &q),
+        WendlandC4::NAME => profile::<WendlandC4>(dimension, &q),
+        other => {
+            return Err(invalid(format!(
+                "`kernel` must be one of {:?}, got {other:?}",
+                registry::KERNELS
+            )));
+        }
+    };
+    Ok((w.into_pyarray(py), f.into_pyarray(py)))
+}
+
+type Triple1<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+);
+
+/// Pressure, sound speed squared and specific potential at mass densities.
+#[pyfunction]
+fn eos_evaluate<'py>(
+    py: Python<'py>,
+    kind: &str,
+    parameters: Vec<f64>,
+    density: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Triple1<'py>> {
+    let eos = eos::build(kind, &parameters).map_err(|e| to_python(py, &e))?;
+    let rho = density.as_array().to_vec();
+    let map = |f: &dyn Fn(f64) -> f64| rho.iter().map(|&r| f(r)).collect::<Vec<f64>>();
+    Ok((
+        map(&|r| eos.pressure(r)).into_pyarray(py),
+        map(&|r| eos.sound_speed_squared(r)).into_pyarray(py),
+        map(&|r| eos.specific_potential(r)).into_pyarray(py),
+    ))
+}
+
+/// Philox4x32-10.
+#[pyfunction]
+fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
+    random::philox4x32(counter, key)
+}
+
+/// The variates of pairs, (n, D), as they act on the particle with the smaller id.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+fn pair_variates<'py>(
+    py: Python<'py>,
+    seed: u64,
+    stream: &str,
+    step: u64,
+    draw: u8,
+    id_a: PyReadonlyArray1<'py, u64>,
+    id_b: PyReadonlyArray1<'py, u64>,
+    variate: &str,
+    dimension: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    check_dimension(dimension)?;
+    let Some(stream) = Stream::parse(stream) else {
+        return Err(invalid(format!(
+            "`stream` must name a random stream, got {stream:?}"
+        )));
+    };
+    let key = SweepKey::new(seed, stream, step, draw);
+    let (a, b) = (id_a.as_array(), id_b.as_array());
+    if a.len() != b.len() {
+        return Err(invalid(format!(
+            "`id_b` must have the length of `id_a`, {}, got {}",
+            a.len(),
+            b.len()
+        )));
+    }
+    let mut table = Array2::zeros((a.len(), dimension));
+    for (k, (&a, &b)) in a.iter().zip(b.iter()).enumerate() {
+        let words = key.pair_words(a, b);
+        let xi = match variate {
+            "gaussian" => Gaussian::draw(words, dimension),
+            "uniform" => Uniform::draw(words, dimension),
+            other => {
+                return Err(invalid(format!(
+                    "`variate` must be \"gaussian\" or \"uniform\", got {other:?}"
+                )));
+            }
+        };
+        for axis in 0..dimension {
+            table[(k, axis)] = xi[axis];
+        }
+    }
+    Ok(table.into_pyarray(py))
+}
+
+/// Supported combinations, a dict each.
+#[pyfunction]
+fn registry_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let rows = PyList::empty(py);
+    for combination in registry::combinations() {
+        let row = PyDict::new(py);
+        row.set_item("dimension", combination.dimension)?;
+        row.set_item("kernel", combination.kernel)?;
+        row.set_item("friction", combination.friction)?;
+        row.set_item("noise", combination.noise)?;
+        row.set_item("integrator", combination.integrator)?;
+        rows.append(row)?;
+    }
+    Ok(rows)
+}
+
+fn to_table(py: Python<'_>, values: Vec<f64>, dimension: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let n = values.len() / dimension;
+    let table = Array2::from_shape_vec((n, dimension), values)
+        .map_err(|e| invalid(e.to_string()))?;
+    Ok(table.into_pyarray(py))
+}
+
+/// Normal velocities of unit variance, (n, D), keyed by seed and row.
+#[pyfunction]
+fn normal_velocities(
+    py: Python<'_>,
+    n: usize,
+    dimension: usize,
+    seed: u64,
+) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    check_dimension(dimension)?;
+    to_table(py, relax::normal_velocities(n, dimension, seed), dimension)
+}
+
+/// Positions uniform in the unit box, (n, D), keyed by seed and row.
+#[pyfunction]
+fn uniform_positions(
+    py: Python<'_>,
+    n: usize,
+    dimension: usize,
+    seed: u64,
+) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    check_dimension(dimension)?;
+    to_table(py, relax::uniform_positions(n, dimension, seed), dimension)
+}
+
+/// Positions relaxed by `iterations` of steepest descent, and the relative spread of their density.
+#[pyfunction]
+fn relax_positions<'py>(
+    py: Python<'py>,
+    positions: PyReadonlyArray2<'py, f64>,
+    edges: Vec<f64>,
+    support: f64,
+    iterations: u32,
+) -> PyResult<(Bound<'py, PyArray2<f64>>, f64)> {
+    let dimension = edges.len();
+    check_dimension(dimension)?;
+    let view = positions.as_array();
+    if view.ncols() != dimension {
+        return Err(invalid(format!(
+            "`positions` must have {dimension} columns, got {}",
+            view.ncols()
+        )));
+    }
+    let cell = PeriodicBox::new(&edges, support).map_err(|e| to_python(py, &e))?;
+    let mut scaled = Vec::with_capacity(view.nrows());
+    for row in view.rows() {
+        let mut position = [0.0; 3];
+        for (axis, x) in row.iter().enumerate() {
+            if !x.is_finite() {
+                return Err(invalid(format!("`positions` must be finite, got {x}")));
+            }
+            position[axis] = x / support;
+        }
+        scaled.push(position);
+    }
+    let spread = py.detach(|| match dimension {
+        2 => relax::relax::<2>(&mut scaled, &cell, iterations),
+        _ => relax::relax::<3>(&mut scaled, &cell, iterations),
+    });
+    let flat = scaled
+        .iter()
+        .flat_map(|p| p[..dimension].iter().map(|x| x * support))
+        .collect();
+    Ok((to_table(py, flat, dimension)?, spread))
+}
+
+/// Adds all functions to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(kernel_names, module)?)?;
+    module.add_function(wrap_pyfunction!(kernel_profile, module)?)?;
+    module.add_function(wrap_pyfunction!(eos_evaluate, module)?)?;
+    module.add_function(wrap_pyfunction!(philox4x32, module)?)?;
+    module.add_function(wrap_pyfunction!(pair_variates, module)?)?;
+    module.add_function(wrap_pyfunction!(registry_table, module)?)?;
+    module.add_function(wrap_pyfunction!(normal_velocities, module)?)?;
+    module.add_function(wrap_pyfunction!(uniform_positions, module)?)?;
+    module.add_function(wrap_pyfunction!(relax_positions, module)?)
+}

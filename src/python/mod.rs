@@ -1,0 +1,19 @@
+//! The binding. Everything that Python can see of the core is listed here; nothing below panics.
+
+mod arrays;
+mod core;
+mod errors;
+mod functions;
+mod observers;
+
+use pyo3::prelude::*;
+
+/// The compiled core of `sdpd`; use the package, not this module.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<core::Core>()?;
+    module.add_class::<observers::CorrelatorHandle>()?;
+    module.add_class::<observers::ThermodynamicsHandle>()?;
+    functions::register(module)
+}

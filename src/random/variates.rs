@@ -1,0 +1,107 @@
+//! From the four words of a pair to the variates of its random force. Each kind has mean 0,
+//! variance 1 and independent components; only their higher moments and their cost differ.
+
+use super::elementary::{cos_sin_turn, from_integer, ln_unit};
+
+const SCALE: f64 = 1.0 / 4_294_967_296.0;
+
+/// How the random force of a pair is distributed.
+pub trait Variate: Copy + Send + Sync + 'static {
+    /// Name in the registry.
+    const NAME: &'static str;
+    /// False where there is no noise: its code is then not compiled.
+    const ON: bool;
+    /// Three variates from four words (2D uses the first two, the central form the first).
+    fn draw(words: [u64; 4], count: usize) -> [f64; 3];
+}
+
+/// No fluctuations.
+#[derive(Debug, Clone, Copy)]
+pub struct Silent;
+
+impl Variate for Silent {
+    const NAME: &'static str = "none";
+    const ON: bool = false;
+    #[inline(always)]
+    fn draw(_: [u64; 4], _: usize) -> [f64; 3] {
+        [0.0; 3]
+    }
+}
+
+/// Normal variates by the transformation of Box and Muller (1958) on 32-bit uniforms: |xi| < 6.8.
+#[derive(Debug, Clone, Copy)]
+pub struct Gaussian;
+
+impl Variate for Gaussian {
+    const NAME: &'static str = "gaussian";
+    const ON: bool = true;
+    #[inline(always)]
+    fn draw(words: [u64; 4], count: usize) -> [f64; 3] {
+        let pair = |a: u64, b: u64| {
+            let radius = (-2.0 * ln_unit((from_integer(a) + 0.5) * SCALE)).sqrt();
+            let (c, s) = cos_sin_turn(from_integer(b) * SCALE);
+            (radius * c, radius * s)
+        };
+        let (x, y) = pair(words[0], words[1]);
+        let z = if count > 2 {
+            pair(words[2], words[3]).0
+        } else {
+            0.0
+        };
+        [x, y, z]
+    }
+}
+
+/// Uniform variates of unit variance: the same first two moments, no transcendental functions.
+/// Good for the weak kicks of velocity Verlet; an exact exchange over dt >> tau needs normal ones.
+#[derive(Debug, Clone, Copy)]
+pub struct Uniform;
+
+impl Variate for Uniform {
+    const NAME: &'static str = "uniform";
+    const ON: bool = true;
+    #[inline(always)]
+    fn draw(words: [u64; 4], _: usize) -> [f64; 3] {
+        const SQRT_12: f64 = 3.464_101_615_137_754_6;
+        let one = |word| SQRT_12 * ((from_integer(word) + 0.5) * SCALE - 0.5);
+        [one(words[0]), one(words[1]), one(words[2])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Stream, SweepKey};
+    use super::*;
+
+    fn moments<V: Variate>() -> ([f64; 3], [f64; 3], [f64; 3]) {
+        let n = 400_000_u64;
+        let key = SweepKey::new(20_13, Stream::PairForce, 5, 0);
+        let (mut mean, mut square, mut fourth) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for id in 0..n {
+            let x = V::draw(key.pair_words(id, id + 1), 3);
+            for a in 0..3 {
+                mean[a] += x[a] / n as f64;
+                square[a] += x[a] * x[a] / n as f64;
+                fourth[a] += x[a].powi(4) / n as f64;
+            }
+        }
+        (mean, square, fourth)
+    }
+
+    #[test]
+    fn moments_are_right_within_four_standard_errors() {
+        let root = (400_000_f64).sqrt();
+        let (mean, square, fourth) = moments::<Gaussian>();
+        for a in 0..3 {
+            assert!(mean[a].abs() < 4.0 / root);
+            assert!((square[a] - 1.0).abs() < 4.0 * 2.0_f64.sqrt() / root);
+            assert!((fourth[a] - 3.0).abs() < 4.0 * 96.0_f64.sqrt() / root);
+        }
+        let (mean, square, fourth) = moments::<Uniform>();
+        for a in 0..3 {
+            assert!(mean[a].abs() < 4.0 / root);
+            assert!((square[a] - 1.0).abs() < 4.0 * 0.8_f64.sqrt() / root);
+            assert!((fourth[a] - 1.8).abs() < 4.0 * 5.76_f64.sqrt() / root);
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The one table of what can be combined. It turns names into compiled loops, lists them for tests
+//! and docs, and words the error where a combination does not exist.
+
+use crate::error::{Error, Result};
+use crate::integrator::{Integrator, PairSplitting, VelocityVerlet};
+use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
+use crate::physics::{Central, FrictionForm, Frictionless, General};
+use crate::random::{Gaussian, Silent, Uniform, Variate};
+
+/// Dimensions.
+pub const DIMENSIONS: [usize; 2] = [2, 3];
+/// Kernels.
+pub const KERNELS: [&str; 4] = [
+    Lucy::NAME,
+    QuinticSpline::NAME,
+    WendlandC2::NAME,
+    WendlandC4::NAME,
+];
+/// Forms of friction.
+pub const FRICTIONS: [&str; 3] = [Frictionless::NAME, General::NAME, Central::NAME];
+/// Noise variates.
+pub const NOISES: [&str; 3] = [Silent::NAME, Gaussian::NAME, Uniform::NAME];
+/// Integrators.
+pub const INTEGRATORS: [&str; 2] = ["velocity_verlet", "pair_splitting"];
+
+/// One supported combination, or a wish for one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Combination {
+    /// D.
+    pub dimension: usize,
+    /// One of [`KERNELS`].
+    pub kernel: String,
+    /// One of [`FRICTIONS`].
+    pub friction: String,
+    /// One of [`NOISES`].
+    pub noise: String,
+    /// One of [`INTEGRATORS`].
+    pub integrator: String,
+}
+
+impl Combination {
+    /// Why the combination makes no sense, if it makes none.
+    fn objection(&self) -> Option<String> {
+        let one_of = |name: &str, value: &str, choices: &[&str]| {
+            (!choices.contains(&value))
+                .then(|| format!("`{name}` must be one of {choices:?}, got {value:?}"))
+        };
+        if !DIMENSIONS.contains(&self.dimension) {
+            return Some(format!(
+                "`dimension` must be one of {DIMENSIONS:?}, got {}",
+                self.dimension
+            ));
+        }
+        one_of("kernel", &self.kernel, &KERNELS)
+            .or_else(|| one_of("friction", &self.friction, &FRICTIONS))
+            .or_else(|| one_of("noise", &self.noise, &NOISES))
+            .or_else(|| one_of("integrator", &self.integrator, &INTEGRATORS))
+            .or_else(|| {
+                (self.friction == "none" && self.noise != "none").then(|| {
+                    format!(
+                        "`noise` must be \"none\" where `friction` is \"none\" (there is nothing to balance it), got {:?}",
+                        self.noise
+                    )
+                })
+            })
+            .or_else(|| {
+                (self.integrator == "pair_splitting" && self.noise == "uniform").then(|| {
+                    "`noise` must be \"gaussian\" or \"none\" with the integrator \"pair_splitting\" (uniform variates do not keep a Maxwell distribution at large dt), got \"uniform\"".to_string()
+                })
+            })
+    }
+}
+
+/// All supported combinations.
+pub fn combinations() -> Vec<Combination> {
+    let mut all = Vec::new();
+    for dimension in DIMENSIONS {
+        for kernel in KERNELS {
+            for friction in FRICTIONS {
+                for noise in NOISES {
+                    for integrator in INTEGRATORS {
+                        all.push(Combination {
+                            dimension,
+                            kernel: kernel.into(),
+                            friction: friction.into(),
+                            noise: noise.into(),
+                            integrator: integrator.into(),
+                        });
+                    }
+                }
+            }
+        }
+    }
+    all.retain(|c| c.objection().is_none());
+    all
+}
+
+/// The compiled loop of a combination.
+pub fn build(wish: &Combination, iterations: u32) -> Result<Box<dyn Integrator>> {
+    if let Some(objection) = wish.objection() {
+        return Err(Error::Invalid(objection));
+    }
+    Ok(match wish.dimension {
+        2 => with_kernel::<2>(wish, iterations),
+        _ => with_kernel::<3>(wish, iterations),
+    })
+}
+
+fn with_kernel<const D: usize>(wish: &Combination, iterations: u32) -> Box<dyn Integrator> {
+    match wish.kernel.as_str() {
+        Lucy::NAME => with_pair::<Lucy, D>(wish, iterations),
+        QuinticSpline::NAME => with_pair::<QuinticSpline, D>(wish, iterations),
+        WendlandC2::NAME => with_pair::<WendlandC2, D>(wish, iterations),
+        _ => with_pair::<WendlandC4, D>(wish, iterations),
+    }
+}
+
+fn with_pair<K: Kernel, const D: usize>(wish: &Combination, n: u32) -> Box<dyn Integrator> {
+    match (wish.friction.as_str(), wish.noise.as_str()) {
+        (General::NAME, Silent::NAME) => with_integrator::<K, General, Silent, D>(wish, n),
+        (General::NAME, Gaussian::NAME) => with_integrator::<K, General, Gaussian, D>(wish, n),
+        (General::NAME, _) => Box::new(VelocityVerlet::<K, General, Uniform, D>::new(n)),
+        (Central::NAME, Silent::NAME) => with_integrator::<K, Central, Silent, D>(wish, n),
+        (Central::NAME, Gaussian::NAME) => with_integrator::<K, Central, Gaussian, D>(wish, n),
+        (Central::NAME, _) => Box::new(VelocityVerlet::<K, Central, Uniform, D>::new(n)),
+        _ => with_integrator::<K, Frictionless, Silent, D>(wish, n),
+    }
+}
+
+fn with_integrator<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+    wish: &Combination,
+    iterations: u32,
+) -> Box<dyn Integrator> {
+    match wish.integrator.as_str() {
+        "velocity_verlet" => Box::new(VelocityVerlet::<K, F, V, D>::new(iterations)),
+        _ => Box::new(PairSplitting::<K, F, V, D>::default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_listed_combination_builds_and_others_say_why_not() {
+        let all = combinations();
+        assert_eq!(all.len(), 2 * 4 * (2 * (2 + 2 + 1) + 2));
+        for combination in &all {
+            assert!(build(combination, 1).is_ok());
+        }
+        let mut wish = all[0].clone();
+        wish.kernel = "gauss".into();
+        let text = build(&wish, 0).err().unwrap().to_string();
+        assert!(text.contains("`kernel` must be one of") && text.contains("lucy"));
+        wish.kernel = "lucy".into();
+        wish.noise = "gaussian".into();
+        let text = build(&wish, 0).err().unwrap().to_string();
+        assert!(text.contains("nothing to balance"));
+    }
+}

@@ -1,0 +1,609 @@
+//! The engine: it owns particles, lists, units and the compiled loop, and advances them.
+
+use std::sync::{Arc, Mutex};
+
+use rayon::prelude::*;
+
+use crate::domain::PeriodicBox;
+use crate::effect::BodyForce;
+use crate::eos::{self, EquationOfState};
+use crate::error::{Error, Result};
+use crate::integrator::{ForceParts, Integrator};
+use crate::neighbor::{Grid, PairList, SkinModel, automatic_skin};
+use crate::observe::{Observer, View};
+use crate::physics::PairFriction;
+use crate::registry::{self, Combination};
+use crate::state::Particles;
+use crate::units::Units;
+use crate::valid::{finite, non_negative, positive};
+
+/// A displacement per step, in supports, beyond which a run has gone wrong.
+const RUNAWAY: f64 = 1.0;
+/// Particles per task of the elementwise loops.
+const GRAIN: usize = 1024;
+
+/// Everything that defines a run, in the user's units.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Which loop.
+    pub combination: Combination,
+    /// Box edges `[length]`.
+    pub edges: Vec<f64>,
+    /// Support h `[length]`.
+    pub support: f64,
+    /// Particle mass.
+    pub mass: f64,
+    /// kB T `[energy]`.
+    pub thermal_energy: f64,
+    /// a `[viscosity]`.
+    pub friction_across: f64,
+    /// b `[viscosity]`.
+    pub friction_along: f64,
+    /// Equation of state: name and parameters.
+    pub eos: (String, Vec<f64>),
+    /// Re-evaluations of the drag per Verlet step.
+    pub iterations: u32,
+    /// Acceleration field: amplitude `[acceleration]`, and (axis, waves) if it is sinusoidal.
+    pub body_force: Option<(Vec<f64>, Option<(usize, u32)>)>,
+    /// Time step the scene was planned for `[time]`.
+    pub dt: f64,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// List skin `[length]`; `None`: the margin.
+    pub skin: Option<f64>,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// Squared displacements and speed found while moving the particles.
+#[derive(Debug, Clone, Copy)]
+pub struct Moved {
+    from_grid: f64,
+    from_list: f64,
+    speed: f64,
+}
+
+/// Time spent, in seconds, by phase.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counters {
+    /// Grid renewals.
+    pub grid_renewals: u64,
+    /// List builds.
+    pub list_builds: u64,
+}
+
+/// A running simulation.
+pub struct Engine {
+    /// Reduced units.
+    pub units: Units,
+    /// D.
+    pub dimension: usize,
+    /// The box.
+    pub cell: PeriodicBox,
+    /// State in slot order.
+    pub particles: Particles,
+    /// Blocks and cells.
+    pub grid: Grid,
+    /// Pairs.
+    pub list: PairList,
+    /// Equation of state in the user's units.
+    pub eos: Box<dyn EquationOfState>,
+    /// Friction coefficients and kB T.
+    pub friction: PairFriction,
+    /// Seed.
+    pub seed: u64,
+    /// Steps done.
+    pub step: u64,
+    /// How often lists were renewed.
+    pub counters: Counters,
+    observers: Vec<Arc<Mutex<dyn Observer>>>,
+    body_force: BodyForce,
+    skin: f64,
+    margin: f64,
+    clock: Clock,
+    /// dt [user] that the forces at hand were computed for.
+    forces_for: Option<f64>,
+    integrator: Arc<dyn Integrator>,
+    pool: Arc<rayon::ThreadPool>,
+}
+
+/// Simulated time: a multiple of dt since dt last changed, so that cutting a run changes no bit.
+#[derive(Debug, Clone, Copy)]
+pub struct Clock {
+    /// Time when the present dt began `[time, user]`.
+    pub base_time: f64,
+    /// Step when the present dt began.
+    pub base_step: u64,
+    /// The present dt `[time, user]`.
+    pub dt: f64,
+}
+
+impl Clock {
+    fn at(&self, step: u64) -> f64 {
+        self.base_time + (step - self.base_step) as f64 * self.dt
+    }
+}
+
+fn build_body_force(settings: &Settings, units: &Units) -> Result<BodyForce> {
+    let Some((amplitude, wave)) = &settings.body_force else {
+        return Ok(BodyForce::None);
+    };
+    let dimension = settings.combination.dimension;
+    if amplitude.len() != dimension {
+        return Err(Error::Invalid(format!(
+            "`body_force` must have {dimension} components, got {}",
+            amplitude.len()
+        )));
+    }
+    let mut scaled = [0.0; 3];
+    for (axis, &a) in amplitude.iter().enumerate() {
+        scaled[axis] = finite("body_force", a)? / units.acceleration();
+    }
+    Ok(match wave {
+        None => BodyForce::Uniform(scaled),
+        Some((axis, waves)) if *axis < dimension && *waves > 0 => BodyForce::Sinusoidal {
+            amplitude: scaled,
+            axis: *axis,
+            waves: *waves,
+        },
+        Some(other) => {
+            return Err(Error::Invalid(format!(
+                "`body_force` must vary along an axis below {dimension} with at least one wave, got {other:?}"
+            )));
+        }
+    })
+}
+
+impl Engine {
+    /// A simulation of `n` particles at rest at the origin: set positions and velocities next.
+    pub fn new(n: usize, settings: &Settings) -> Result<Self> {
+        if n == 0 {
+            return Err(Error::Invalid(
+                "`positions` must hold at least one particle, got none".into(),
+            ));
+        }
+        if n >= u32::MAX as usize {
+            return Err(Error::Invalid(format!(
+                "`positions` must hold fewer than 2^32 - 1 particles, got {n}"
+            )));
+        }
+        let dimension = settings.combination.dimension;
+        let integrator = registry::build(&settings.combination, settings.iterations)?;
+        if settings.edges.len() != dimension {
+            return Err(Error::Invalid(format!(
+                "`box` must have {dimension} edges, got {}",
+                settings.edges.len()
+            )));
+        }
+        for &edge in &settings.edges {
+            positive("box", edge)?;
+        }
+        let support = positive("support", settings.support)?;
+        let mass = positive("mass", settings.mass)?;
+        let kt = non_negative("thermal_energy", settings.thermal_energy)?;
+        let across = non_negative("friction_across", settings.friction_across)?;
+        let along = finite("friction_along", settings.friction_along)?;
+        if across + along < 0.0 {
+            return Err(Error::Invalid(format!(
+                "`friction_across` + `friction_along` must be >= 0, got {}",
+                across + along
+            )));
+        }
+        let dt = positive("dt", settings.dt)?;
+        let cell = PeriodicBox::new(&settings.edges, support)?;
+        let eos = eos::build(&settings.eos.0, &settings.eos.1)?;
+        let volume: f64 = settings.edges.iter().product();
+        let rho = mass * n as f64 / volume;
+        let sound = eos.sound_speed_squared(rho).max(0.0).sqrt();
+        let velocity = [(kt / mass).sqrt(), sound, support / dt]
+            .into_iter()
+            .find(|&v| v > 0.0)
+            .unwrap_or(1.0);
+        let units = Units {
+            length: support,
+            mass,
+            velocity,
+            dimension: dimension as i32,
+        };
+        let friction = PairFriction {
+            across: across / units.viscosity(),
+            along: along / units.viscosity(),
+            thermal_energy: kt / units.energy(),
+        };
+        let density = n as f64 / volume / units.number_density();
+        let model = SkinModel {
+            dt: dt / units.time(),
+            speed: friction.thermal_energy.sqrt().max(1e-4),
+            friction_time: friction_time(&friction, density, dimension),
+            n,
+            dimension,
+        };
+        let margin = automatic_skin(&model);
+        let skin = match settings.skin {
+            None => margin,
+            Some(skin) => (positive("skin", skin)? / support).min(margin),
+        };
+        let threads = settings.threads.max(1);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| Error::Invalid(format!("`threads` = {threads}: {e}")))?;
+        let drag = integrator.needs_drag();
+        Ok(Self {
+            body_force: build_body_force(settings, &units)?,
+            units,
+            dimension,
+            cell,
+            particles: Particles::new(n, drag),
+            grid: Grid::new(&cell, dimension, n, 1.0 + margin),
+            list: PairList::default(),
+            eos,
+            friction,
+            seed: settings.seed,
+            step: 0,
+            counters: Counters::default(),
+            observers: Vec::new(),
+            skin,
+            margin,
+            clock: Clock {
+                base_time: 0.0,
+                base_step: 0,
+                dt,
+            },
+            forces_for: None,
+            integrator: Arc::from(integrator),
+            pool: Arc::new(pool),
+        })
+    }
+
+    /// List skin and grid margin, in units of the support.
+    pub fn skin_and_margin(&self) -> (f64, f64) {
+        (self.skin, self.margin)
+    }
+
+    /// Simulated time in the user's units.
+    pub fn time(&self) -> f64 {
+        self.clock.at(self.step)
+    }
+
+    /// The clock, for checkpoints.
+    pub fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    /// Sets the clock and the step, for checkpoints.
+    pub fn set_clock(&mut self, clock: Clock, step: u64) {
+        self.clock = clock;
+        self.step = step;
+    }
+
+    /// Attaches an observer.
+    pub fn attach(&mut self, observer: Arc<Mutex<dyn Observer>>) {
+        self.observers.push(observer);
+    }
+
+    /// Detaches all observers.
+    pub fn detach_all(&mut self) {
+        self.observers.clear();
+    }
+
+    /// Puts particle of row `row` somewhere else: position and velocity in reduced units. Call
+    /// `renew` before the next run.
+    pub fn place(&mut self, slot: usize, position: [f64; 3], velocity: [f64; 3]) {
+        let particles = &mut self.particles;
+        for axis in 0..3 {
+            particles.position[slot][axis] = position[axis];
+            particles.velocity[slot][axis] = velocity[axis];
+        }
+    }
+
+    /// New lists, densities, pressures and forces for changed positions or velocities.
+    pub fn renew(&mut self, lists: bool) -> Result<()> {
+        let integrator = Arc::clone(&self.integrator);
+        let pool = Arc::clone(&self.pool);
+        let dt = self.clock.dt;
+        pool.install(|| {
+            if lists {
+                integrator.rebuild(self, true)?;
+            }
+            integrator.refresh(self, dt / self.units.time())
+        })?;
+        self.forces_for = Some(dt);
+        Ok(())
+    }
+
+    /// First half of restoring a state whose particles are in place except for their positions:
+    /// grid and list become those of the references (an empty list reference: those of the grid).
+    pub fn restore_lists(&mut self, grid: &[[f64; 3]], list: &[[f64; 3]], present: &[[f64; 4]]) {
+        let integrator = Arc::clone(&self.integrator);
+        let pool = Arc::clone(&self.pool);
+        let dt = self.clock.dt / self.units.time();
+        // Sorting again what is sorted changes nothing, images included: references are in the box.
+        self.place_at(grid);
+        self.grid
+            .renew(&self.cell, self.dimension, &mut self.particles);
+        if !list.is_empty() {
+            self.place_at(list);
+        }
+        pool.install(|| {
+            // The particles are finite, so only an oversized region could fail, and it did not before.
+            let _ = integrator.rebuild(self, false);
+            let (force, velocity) = (self.particles.force.clone(), self.particles.velocity.clone());
+            self.particles.position.copy_from_slice(present);
+            let _ = integrator.refresh(self, dt);
+            self.particles.force.copy_from_slice(&force);
+            for (v, old) in self.particles.velocity.iter_mut().zip(&velocity) {
+                v[..3].copy_from_slice(&old[..3]);
+            }
+        });
+        self.forces_for = Some(self.clock.dt);
+    }
+
+    fn place_at(&mut self, reference: &[[f64; 3]]) {
+        for (position, at) in self.particles.position.iter_mut().zip(reference) {
+            position[..3].copy_from_slice(at);
+        }
+    }
+
+    /// Bytes of the particles and of grid and reference arrays.
+    pub fn state_bytes(&self) -> usize {
+        let particles = &self.particles;
+        32 * (particles.position.capacity()
+            + particles.velocity.capacity()
+            + particles.force.capacity()
+            + particles.drag.capacity()
+            + particles.scratch.capacity())
+            + 8 * (particles.density.capacity() + particles.id.capacity())
+            + 4 * particles.row.capacity()
+            + 12 * particles.image.capacity()
+            + self.grid.bytes()
+    }
+
+    /// Advances by `steps` steps of `dt` [user].
+    pub fn run(&mut self, steps: u64, dt: f64) -> Result<()> {
+        let dt = positive("dt", dt)?;
+        if dt != self.clock.dt {
+            self.clock = Clock {
+                base_time: self.time(),
+                base_step: self.step,
+                dt,
+            };
+        }
+        if self.forces_for != Some(dt) {
+            self.renew(false)?;
+        }
+        let integrator = Arc::clone(&self.integrator);
+        let pool = Arc::clone(&self.pool);
+        let scaled = dt / self.units.time();
+        pool.install(|| integrator.run(self, steps, scaled))
+    }
+
+    /// The parts of the force in slot order, reduced units.
+    pub fn force_parts(&mut self) -> ForceParts {
+        let integrator = Arc::clone(&self.integrator);
+        let pool = Arc::clone(&self.pool);
+        let dt = self.clock.dt / self.units.time();
+        pool.install(|| integrator.force_parts(self, dt))
+    }
+
+    /// Mean friction rate (1/m) <sum_j g_ij> (a + b/D) of a particle's velocity, reduced units.
+    pub fn friction_rate(&mut self) -> f64 {
+        let integrator = Arc::clone(&self.integrator);
+        let weight = integrator.mean_friction_weight(self);
+        weight * (self.friction.across + self.friction.along / self.dimension as f64)
+    }
+
+    /// Sorts (if asked) and searches the pairs anew.
+    pub(crate) fn rebuild<const D: usize>(&mut self, renew_grid: bool, shuffle: bool) -> Result<()> {
+        if renew_grid {
+            self.check_finite()?;
+            self.grid.renew(&self.cell, D, &mut self.particles);
+            self.counters.grid_renewals += 1;
+        }
+        self.counters.list_builds += 1;
+        self.list.reference.clear();
+        if self.skin < self.margin {
+            let positions = self.particles.position.iter();
+            self.list.reference.extend(positions.map(|p| [p[0], p[1], p[2]]));
+        }
+        let cutoff = 1.0 + self.skin;
+        self.list
+            .build::<D>(&self.grid, &self.cell, &self.particles, cutoff, shuffle);
+        if self.list.overflow {
+            return Err(Error::Invalid(
+                "`support` is too large for the pair splitting: more than 65536 particles lie within one support's reach of a block".into(),
+            ));
+        }
+        Ok(())
+    }
+
+    fn check_finite(&self) -> Result<()> {
+        for slot in 0..self.particles.len() {
+            for (quantity, record) in [
+                ("velocity", &self.particles.velocity[slot]),
+                ("position", &self.particles.position[slot]),
+            ] {
+                if !record[..3].iter().all(|x| x.is_finite()) {
+                    return Err(Error::NotFinite {
+                        step: self.step,
+                        id: self.particles.id[slot],
+                        quantity,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn find_runaway(&self, dt: f64) -> Error {
+        if let Err(error) = self.check_finite() {
+            return error;
+        }
+        let squares = |v: &[f64; 4]| v[..3].iter().map(|x| x * x).sum::<f64>();
+        let (slot, speed2) = self
+            .particles
+            .velocity
+            .iter()
+            .map(squares)
+            .enumerate()
+            .fold((0, 0.0), |best, now| if now.1 > best.1 { now } else { best });
+        Error::Runaway {
+            step: self.step,
+            id: self.particles.id[slot],
+            displacement: speed2.sqrt() * dt,
+            limit: RUNAWAY,
+        }
+    }
+
+    /// v += t f, body force included.
+    pub(crate) fn kick(&mut self, t: f64) {
+        let (cell, body) = (self.cell, self.body_force);
+        let particles = &mut self.particles;
+        let velocity = particles.velocity.par_iter_mut().with_min_len(GRAIN);
+        let records = velocity.zip(&particles.force).zip(&particles.position);
+        match body {
+            BodyForce::None => records.for_each(|((v, f), _)| {
+                for a in 0..3 {
+                    v[a] += t * f[a];
+                }
+            }),
+            _ => records.for_each(|((v, f), position)| {
+                let extra = body.at(position, &cell);
+                for a in 0..3 {
+                    v[a] += t * (f[a] + extra[a]);
+                }
+            }),
+        }
+    }
+
+    /// scratch = t f: the change of velocity that half a kick just made (drag part included; a body
+    /// force is the same for all near particles only if uniform, so it is part of it).
+    pub(crate) fn start_difference(&mut self, t: f64) {
+        let (cell, body) = (self.cell, self.body_force);
+        let particles = &mut self.particles;
+        particles
+            .scratch
+            .par_iter_mut()
+            .with_min_len(GRAIN)
+            .zip(&particles.force)
+            .zip(&particles.position)
+            .for_each(|((difference, f), position)| {
+                let extra = body.at(position, &cell);
+                for a in 0..3 {
+                    difference[a] = t * (f[a] + extra[a]);
+                }
+            });
+    }
+
+    /// force += drag; if `again`, the velocities follow and the next difference is prepared.
+    pub(crate) fn add_drag(&mut self, t: f64, again: bool) {
+        let particles = &mut self.particles;
+        particles
+            .force
+            .par_iter_mut()
+            .with_min_len(GRAIN)
+            .zip(&particles.drag)
+            .zip(particles.velocity.par_iter_mut())
+            .zip(particles.scratch.par_iter_mut())
+            .for_each(|(((f, drag), v), difference)| {
+                for a in 0..3 {
+                    f[a] += drag[a];
+                    if again {
+                        difference[a] = t * drag[a];
+                        v[a] += difference[a];
+                    }
+                }
+            });
+    }
+
+    /// r += v dt; how far the particles are from where grid and list were built.
+    pub(crate) fn move_particles(&mut self, dt: f64) -> Result<Moved> {
+        let list_reference: &[[f64; 3]] = if self.skin < self.margin {
+            &self.list.reference
+        } else {
+            &self.grid.reference
+        };
+        let particles = &mut self.particles;
+        // A NaN must win every comparison, or nobody would see it.
+        let visible = |x: f64| if x < f64::INFINITY { x } else { f64::INFINITY };
+        let square = |x: [f64; 3]| visible(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+        let moved = particles
+            .position
+            .par_iter_mut()
+            .with_min_len(GRAIN)
+            .zip(&particles.velocity)
+            .zip(&self.grid.reference)
+            .zip(list_reference)
+            .map(|(((position, v), grid), list)| {
+                for a in 0..3 {
+                    position[a] += dt * v[a];
+                }
+                let from = |origin: &[f64; 3]| square(std::array::from_fn(|a| position[a] - origin[a]));
+                Moved {
+                    from_grid: from(grid),
+                    from_list: from(list),
+                    speed: square([v[0], v[1], v[2]]),
+                }
+            })
+            .reduce(
+                || Moved {
+                    from_grid: 0.0,
+                    from_list: 0.0,
+                    speed: 0.0,
+                },
+                |a, b| Moved {
+                    from_grid: a.from_grid.max(b.from_grid),
+                    from_list: a.from_list.max(b.from_list),
+                    speed: a.speed.max(b.speed),
+                },
+            );
+        if moved.speed * dt * dt > RUNAWAY * RUNAWAY {
+            return Err(self.find_runaway(dt));
+        }
+        Ok(moved)
+    }
+
+    /// Renews grid and list where particles have left their margins.
+    pub(crate) fn keep_lists<const D: usize>(&mut self, moved: Moved, shuffle: bool) -> Result<()> {
+        let beyond = |square: f64, width: f64| 4.0 * square > width * width;
+        if beyond(moved.from_grid, self.margin) {
+            self.rebuild::<D>(true, shuffle)
+        } else if beyond(moved.from_list, self.skin) {
+            self.rebuild::<D>(false, shuffle)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Shows the state after a step to the observers whose turn it is.
+    pub(crate) fn observe(&mut self, _: f64) {
+        if self.observers.is_empty() {
+            return;
+        }
+        let view = View {
+            step: self.step,
+            time: self.time(),
+            dimension: self.dimension,
+            units: &self.units,
+            cell: &self.cell,
+            particles: &self.particles,
+            eos: self.eos.as_ref(),
+        };
+        for observer in &self.observers {
+            let mut observer = match observer.lock() {
+                Ok(guard) => guard,
+                Err(poisoned) => poisoned.into_inner(),
+            };
+            if self.step % observer.every() == 0 {
+                observer.sample(&view);
+            }
+        }
+    }
+}
+
+/// Mean-field friction time of a particle, 1 / (n int F dV (a + b/D)/ n^2).
+fn friction_time(friction: &PairFriction, density: f64, dimension: usize) -> f64 {
+    // int F dV = 10.5/h^2 for Lucy in 3D, 10 to 18 for all: good enough to choose a skin.
+    let rate = 12.0 / density * (friction.across + friction.along / dimension as f64);
+    if rate > 0.0 { 1.0 / rate } else { f64::INFINITY }
+}

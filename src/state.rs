@@ -1,0 +1,119 @@
+//! The particles as the loops see them: packed four-lane records in spatial order, lengths in units
+//! of the support, masses in units of the particle mass. Users never see this order: `row` leads
+//! from a slot to the user's row, which never changes.
+
+/// Structure of arrays in slot order. Lane 3 of a record carries the scalar its neighbours need.
+#[derive(Debug, Default, Clone)]
+pub struct Particles {
+    /// x, y, z, s with s = d^(-1/2), so that g = F s_i^2 s_j^2.
+    pub position: Vec<[f64; 4]>,
+    /// vx, vy, vz, P/d^2.
+    pub velocity: Vec<[f64; 4]>,
+    /// fx, fy, fz, unused.
+    pub force: Vec<[f64; 4]>,
+    /// Dissipative force where an integrator evaluates it anew; empty otherwise.
+    pub drag: Vec<[f64; 4]>,
+    /// Number density d.
+    pub density: Vec<f64>,
+    /// Persistent ids: the only names that noise keys know.
+    pub id: Vec<u64>,
+    /// The user's row of each slot.
+    pub row: Vec<u32>,
+    /// Times each particle has left the box through either face of each axis.
+    pub image: Vec<[i32; 3]>,
+    /// Room for one set of records; between two sorts anyone may use it.
+    pub scratch: Vec<[f64; 4]>,
+}
+
+impl Particles {
+    /// `n` particles at rest at the origin, in the order of their rows.
+    pub fn new(n: usize, with_drag: bool) -> Self {
+        Self {
+            position: vec![[0.0; 4]; n],
+            velocity: vec![[0.0; 4]; n],
+            force: vec![[0.0; 4]; n],
+            drag: vec![[0.0; 4]; if with_drag { n } else { 0 }],
+            density: vec![0.0; n],
+            id: (0..n as u64).collect(),
+            row: (0..n as u32).collect(),
+            image: vec![[0; 3]; n],
+            scratch: vec![[0.0; 4]; n],
+        }
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// True where there is no particle.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Moves the particle of slot `order[k]` to slot k, in place and without allocation.
+    pub fn permute(&mut self, order: &[u32]) {
+        for records in [
+            &mut self.position,
+            &mut self.velocity,
+            &mut self.force,
+            &mut self.drag,
+        ] {
+            if !records.is_empty() {
+                for (to, &from) in self.scratch.iter_mut().zip(order) {
+                    *to = records[from as usize];
+                }
+                std::mem::swap(records, &mut self.scratch);
+            }
+        }
+        // The narrow arrays go through the same scratch, three at a time.
+        for (to, &from) in self.scratch.iter_mut().zip(order) {
+            let k = from as usize;
+            let [a, b, c] = self.image[k].map(|turns| f64::from_bits(u64::from(turns as u32)));
+            *to = [a, b, c, self.density[k]];
+        }
+        for (k, from) in self.scratch.iter().enumerate() {
+            for a in 0..3 {
+                self.image[k][a] = from[a].to_bits() as u32 as i32;
+            }
+            self.density[k] = from[3];
+        }
+        for (to, &from) in self.scratch.iter_mut().zip(order) {
+            let k = from as usize;
+            to[0] = f64::from_bits(self.id[k]);
+            to[1] = f64::from_bits(u64::from(self.row[k]));
+        }
+        for (k, from) in self.scratch.iter().enumerate() {
+            self.id[k] = from[0].to_bits();
+            self.row[k] = from[1].to_bits() as u32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn permuting_moves_everything_together() {
+        let n = 5;
+        let mut particles = Particles::new(n, false);
+        for k in 0..n {
+            particles.position[k] = [k as f64; 4];
+            particles.velocity[k] = [10.0 + k as f64; 4];
+            particles.density[k] = 20.0 + k as f64;
+            particles.image[k] = [-(k as i32), k as i32, 7];
+            particles.id[k] = u64::MAX - k as u64;
+        }
+        let order = [3, 1, 4, 0, 2];
+        particles.permute(&order);
+        for (k, &from) in order.iter().enumerate() {
+            assert_eq!(particles.position[k][0], f64::from(from));
+            assert_eq!(particles.velocity[k][1], 10.0 + f64::from(from));
+            assert_eq!(particles.density[k], 20.0 + f64::from(from));
+            assert_eq!(particles.image[k], [-(from as i32), from as i32, 7]);
+            assert_eq!(particles.id[k], u64::MAX - u64::from(from));
+            assert_eq!(particles.row[k], from);
+        }
+    }
+}

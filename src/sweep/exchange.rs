@@ -1,0 +1,205 @@
+//! The pair sweep of the splitting integrator: each pair's drag and noise solved exactly, one pair
+//! after the other, positions frozen. What does not depend on velocities is computed for a whole
+//! chunk at once; only the short velocity update runs in sequence.
+
+use std::marker::PhantomData;
+
+use super::{CHUNK, Shared, Task, for_each_block, run_wide};
+use crate::domain::PeriodicBox;
+use crate::kernel::Kernel;
+use crate::neighbor::{BlockList, Grid, PairList};
+use crate::physics::{Exchange, FrictionForm};
+use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::state::Particles;
+
+/// Order of the sweep: the second half of a step runs backward, which makes the step symmetric.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// First colour, first pair, onward.
+    Forward,
+    /// The same order from its end.
+    Backward,
+}
+
+/// The arrays of one chunk.
+struct Lanes {
+    slots: [[u32; 2]; CHUNK],
+    r: [[f64; CHUNK]; 3],
+    weight: [f64; CHUNK],
+    low: [u64; CHUNK],
+    high: [u64; CHUNK],
+    sign: [f64; CHUNK],
+    across: [f64; CHUNK],
+    along: [f64; CHUNK],
+    noise: [[f64; CHUNK]; 3],
+}
+
+struct ExchangeTask<'a, K, F, V, const D: usize> {
+    block: &'a BlockList,
+    cell: &'a PeriodicBox,
+    position: &'a [[f64; 4]],
+    velocity: Shared<'a, [f64; 4]>,
+    id: &'a [u64],
+    exchange: Exchange,
+    key: SweepKey,
+    direction: Direction,
+    form: PhantomData<(K, F, V)>,
+}
+
+impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K, F, V, D> {
+    #[inline(always)]
+    fn gather(&self, lanes: &mut Lanes, pairs: &[[u16; 2]]) {
+        let slots = &self.block.region_slots;
+        for (k, pair) in pairs.iter().enumerate() {
+            let [i, j] = pair.map(|place| slots[place as usize]);
+            lanes.slots[k] = [i, j];
+            // SAFETY: list entries are slots of particles.
+            let (a, b) = unsafe {
+                (
+                    self.position.get_unchecked(i as usize),
+                    self.position.get_unchecked(j as usize),
+                )
+            };
+            let r = self.cell.nearest::<D>([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
+            for axis in 0..D {
+                lanes.r[axis][k] = r[axis];
+            }
+            lanes.weight[k] = a[3] * b[3];
+            if V::ON {
+                // SAFETY: as above.
+                let (p, q) = unsafe {
+                    (
+                        *self.id.get_unchecked(i as usize),
+                        *self.id.get_unchecked(j as usize),
+                    )
+                };
+                let [low, high] = pair_counter(p, q);
+                lanes.low[k] = low;
+                lanes.high[k] = high;
+                lanes.sign[k] = if p < q { 1.0 } else { -1.0 };
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn compute(&self, lanes: &mut Lanes) {
+        for k in 0..CHUNK {
+            let mut xi = [0.0; 3];
+            if V::ON {
+                let counter = [lanes.low[k], lanes.high[k], self.key.tail[0], self.key.tail[1]];
+                let words = philox4x32_lanes(counter, self.key.key);
+                xi = V::draw(words, if F::CENTRAL { 1 } else { D });
+                let sign = if F::CENTRAL { 1.0 } else { lanes.sign[k] };
+                xi = xi.map(|x| sign * x);
+            }
+            for a in 0..D {
+                lanes.noise[a][k] = xi[a];
+            }
+        }
+        for k in 0..CHUNK {
+            let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
+            let r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+            let weight = lanes.weight[k];
+            let g = K::f::<D>(r2.sqrt()) * (weight * weight);
+            let inverse_r2 = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
+            let xi = [lanes.noise[0][k], lanes.noise[1][k], lanes.noise[2][k]];
+            let terms = self.exchange.terms::<F>(g, inverse_r2, r, xi, V::ON);
+            lanes.across[k] = terms.half_across;
+            lanes.along[k] = terms.half_along;
+            for a in 0..D {
+                lanes.noise[a][k] = terms.noise[a];
+            }
+        }
+    }
+
+    /// v_i += dv, v_j -= dv for one lane.
+    #[inline(always)]
+    fn update(&self, lanes: &Lanes, k: usize) {
+        let [i, j] = lanes.slots[k];
+        // SAFETY: blocks of one colour share no particle, and i != j.
+        let (v, w) = unsafe { (self.velocity.slot(i), self.velocity.slot(j)) };
+        let mut approach = 0.0;
+        for a in 0..D {
+            approach += lanes.r[a][k] * (v[a] - w[a]);
+        }
+        let mut along = lanes.along[k] * approach;
+        if F::CENTRAL {
+            along += lanes.noise[0][k];
+        }
+        for a in 0..D {
+            let mut dv = along * lanes.r[a][k];
+            if !F::CENTRAL {
+                dv += lanes.across[k] * (v[a] - w[a]) + lanes.noise[a][k];
+            }
+            v[a] += dv;
+            w[a] -= dv;
+        }
+    }
+}
+
+impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Task for ExchangeTask<'_, K, F, V, D> {
+    #[inline(always)]
+    fn run(self) {
+        let zero = [[0.0; CHUNK]; 3];
+        let mut lanes = Lanes {
+            slots: [[0; 2]; CHUNK],
+            r: zero,
+            weight: [0.0; CHUNK],
+            low: [0; CHUNK],
+            high: [0; CHUNK],
+            sign: [0.0; CHUNK],
+            across: [0.0; CHUNK],
+            along: [0.0; CHUNK],
+            noise: zero,
+        };
+        match self.direction {
+            Direction::Forward => {
+                for pairs in self.block.shuffled.chunks(CHUNK) {
+                    self.gather(&mut lanes, pairs);
+                    self.compute(&mut lanes);
+                    for k in 0..pairs.len() {
+                        self.update(&lanes, k);
+                    }
+                }
+            }
+            Direction::Backward => {
+                for pairs in self.block.shuffled.rchunks(CHUNK) {
+                    self.gather(&mut lanes, pairs);
+                    self.compute(&mut lanes);
+                    for k in (0..pairs.len()).rev() {
+                        self.update(&lanes, k);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// One sweep over all pairs.
+#[allow(clippy::too_many_arguments)]
+pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+    particles: &mut Particles,
+    grid: &Grid,
+    list: &PairList,
+    cell: &PeriodicBox,
+    exchange: Exchange,
+    key: SweepKey,
+    direction: Direction,
+) {
+    let velocity = Shared::new(&mut particles.velocity);
+    let (position, id) = (&particles.position, &particles.id);
+    let backward = direction == Direction::Backward;
+    for_each_block(grid, list, backward, |block| {
+        run_wide(ExchangeTask::<K, F, V, D> {
+            block,
+            cell,
+            position,
+            velocity,
+            id,
+            exchange,
+            key,
+            direction,
+            form: PhantomData,
+        });
+    });
+}

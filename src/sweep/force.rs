@@ -1,0 +1,229 @@
+//! Pair forces: conservative (P_i/d_i^2 + P_j/d_j^2) F r_ij, drag and noise (physics/friction.rs).
+
+use std::marker::PhantomData;
+
+use super::{CHUNK, Shared, Task, Walk, for_each_block, run_wide};
+use crate::domain::PeriodicBox;
+use crate::kernel::Kernel;
+use crate::neighbor::{BlockList, Grid, PairList};
+use crate::physics::{FrictionForm, Kick};
+use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::state::Particles;
+
+/// The arrays of one chunk.
+struct Lanes {
+    r: [[f64; CHUNK]; 3],
+    u: [[f64; CHUNK]; 3],
+    weight: [f64; CHUNK],
+    pressure: [f64; CHUNK],
+    low: [u64; CHUNK],
+    high: [u64; CHUNK],
+    sign: [f64; CHUNK],
+    xi: [[f64; CHUNK]; 3],
+    force: [[f64; CHUNK]; 3],
+}
+
+struct ForceTask<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
+    block: &'a BlockList,
+    cell: &'a PeriodicBox,
+    position: &'a [[f64; 4]],
+    velocity: &'a [[f64; 4]],
+    id: &'a [u64],
+    force: Shared<'a, [f64; 4]>,
+    kick: Kick,
+    key: SweepKey,
+    form: PhantomData<(K, F, V)>,
+}
+
+impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool>
+    ForceTask<'_, K, F, V, D, CONSERVATIVE>
+{
+    #[inline(always)]
+    fn gather(&self, lanes: &mut Lanes, walk: &mut Walk) -> usize {
+        walk.next_chunk(self.block, |head, lane, partners| {
+            let i = self.position[head as usize];
+            let v = self.velocity[head as usize];
+            let id = self.id[head as usize];
+            for (k, &other) in partners.iter().enumerate() {
+                let at = lane + k;
+                // SAFETY: list entries are slots of particles.
+                let (j, w) = unsafe {
+                    (
+                        self.position.get_unchecked(other as usize),
+                        self.velocity.get_unchecked(other as usize),
+                    )
+                };
+                let r = self.cell.nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
+                for a in 0..D {
+                    lanes.r[a][at] = r[a];
+                }
+                if F::ON {
+                    for a in 0..D {
+                        lanes.u[a][at] = v[a] - w[a];
+                    }
+                    lanes.weight[at] = i[3] * j[3];
+                }
+                if CONSERVATIVE {
+                    lanes.pressure[at] = v[3] + w[3];
+                }
+                if V::ON {
+                    // SAFETY: as above.
+                    let other_id = unsafe { *self.id.get_unchecked(other as usize) };
+                    let [low, high] = pair_counter(id, other_id);
+                    lanes.low[at] = low;
+                    lanes.high[at] = high;
+                    lanes.sign[at] = if id < other_id { 1.0 } else { -1.0 };
+                }
+            }
+        })
+    }
+
+    #[inline(always)]
+    fn draw(&self, lanes: &mut Lanes) {
+        for k in 0..CHUNK {
+            let counter = [lanes.low[k], lanes.high[k], self.key.tail[0], self.key.tail[1]];
+            let words = philox4x32_lanes(counter, self.key.key);
+            let xi = V::draw(words, if F::CENTRAL { 1 } else { D });
+            let sign = if F::CENTRAL { 1.0 } else { lanes.sign[k] };
+            for a in 0..if F::CENTRAL { 1 } else { D } {
+                lanes.xi[a][k] = sign * xi[a];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn compute(&self, lanes: &mut Lanes) {
+        for k in 0..CHUNK {
+            let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
+            let r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+            let slope = K::f::<D>(r2.sqrt());
+            let mut f = [0.0; 3];
+            if CONSERVATIVE {
+                f = r.map(|x| lanes.pressure[k] * slope * x);
+            }
+            if F::ON {
+                let weight = lanes.weight[k];
+                let inverse_r2 = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
+                let u = [lanes.u[0][k], lanes.u[1][k], lanes.u[2][k]];
+                let xi = [lanes.xi[0][k], lanes.xi[1][k], lanes.xi[2][k]];
+                let g = slope * (weight * weight);
+                let pair = self.kick.force::<F>(g, inverse_r2, r, u, xi, V::ON);
+                for a in 0..D {
+                    f[a] += pair[a];
+                }
+            }
+            for a in 0..D {
+                lanes.force[a][k] = f[a];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn scatter(&self, lanes: &Lanes, walk: &mut Walk) {
+        walk.next_chunk(self.block, |head, lane, partners| {
+            let mut sum = [0.0; D];
+            for (k, &other) in partners.iter().enumerate() {
+                // SAFETY: blocks of one colour share no particle, and other != head.
+                let target = unsafe { self.force.slot(other) };
+                for a in 0..D {
+                    let f = lanes.force[a][lane + k];
+                    sum[a] += f;
+                    target[a] -= f;
+                }
+            }
+            // SAFETY: as above.
+            let target = unsafe { self.force.slot(head) };
+            for a in 0..D {
+                target[a] += sum[a];
+            }
+        });
+    }
+}
+
+impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool> Task
+    for ForceTask<'_, K, F, V, D, CONSERVATIVE>
+{
+    #[inline(always)]
+    fn run(self) {
+        let zero = [[0.0; CHUNK]; 3];
+        let mut lanes = Lanes {
+            r: zero,
+            u: zero,
+            weight: [0.0; CHUNK],
+            pressure: [0.0; CHUNK],
+            low: [0; CHUNK],
+            high: [0; CHUNK],
+            sign: [0.0; CHUNK],
+            xi: zero,
+            force: zero,
+        };
+        let mut walk = Walk::default();
+        loop {
+            let mut back = walk;
+            if self.gather(&mut lanes, &mut walk) == 0 {
+                return;
+            }
+            if V::ON {
+                self.draw(&mut lanes);
+            }
+            self.compute(&mut lanes);
+            self.scatter(&lanes, &mut back);
+        }
+    }
+}
+
+/// Sets `force` to the sum of the conservative force and, where their types are on, drag and noise.
+pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+    particles: &mut Particles,
+    grid: &Grid,
+    list: &PairList,
+    cell: &PeriodicBox,
+    kick: Kick,
+    key: SweepKey,
+) {
+    particles.force.fill([0.0; 4]);
+    let force = Shared::new(&mut particles.force);
+    let (position, velocity, id) = (&particles.position, &particles.velocity, &particles.id);
+    for_each_block(grid, list, false, |block| {
+        run_wide(ForceTask::<K, F, V, D, true> {
+            block,
+            cell,
+            position,
+            velocity,
+            id,
+            force,
+            kick,
+            key,
+            form: PhantomData,
+        });
+    });
+}
+
+/// Sets `drag` to drag and noise alone, where their types are on, with `particles.scratch` in the
+/// place of the velocities: the drag is linear in them, so a difference of velocities gives the
+/// difference of the forces.
+pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+    particles: &mut Particles,
+    grid: &Grid,
+    list: &PairList,
+    cell: &PeriodicBox,
+    kick: Kick,
+    key: SweepKey,
+) {
+    particles.drag.fill([0.0; 4]);
+    let force = Shared::new(&mut particles.drag);
+    let (position, velocity, id) = (&particles.position, &particles.scratch, &particles.id);
+    for_each_block(grid, list, false, |block| {
+        run_wide(ForceTask::<K, F, V, D, false> {
+            block,
+            cell,
+            position,
+            velocity,
+            id,
+            force,
+            kick,
+            key,
+            form: PhantomData,
+        });
+    });
+}

@@ -1,0 +1,116 @@
+//! Sweeps over pairs: the only hot loops. Each goes block by block in colour order; the blocks of a
+//! colour touch disjoint particles, so they may run on any number of threads, and within a block the
+//! order is that of the list. Sums therefore have the same order, and the same bits, always.
+//!
+//! A block is worked through in chunks of pairs: gather into small arrays, compute on all lanes
+//! (this part turns into vector instructions), scatter.
+
+mod density;
+mod exchange;
+mod force;
+mod wide;
+
+pub use density::{number_densities, site_pressures};
+pub use exchange::{Direction, exchange};
+pub use force::{drag_forces, pair_forces};
+pub use wide::{Task, run_wide};
+
+use std::marker::PhantomData;
+
+use rayon::prelude::*;
+
+use crate::neighbor::{BlockList, Grid, PairList};
+
+/// Pairs per chunk: all arrays of a chunk stay in the first-level cache.
+pub(crate) const CHUNK: usize = 64;
+
+/// An array that blocks of one colour write to at disjoint places.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shared<'a, T> {
+    data: *mut T,
+    length: usize,
+    lifetime: PhantomData<&'a mut [T]>,
+}
+
+// SAFETY: access goes through `slot`, whose caller promises that no two threads use the same slot.
+unsafe impl<T: Send> Send for Shared<'_, T> {}
+// SAFETY: as above.
+unsafe impl<T: Send> Sync for Shared<'_, T> {}
+
+impl<'a, T> Shared<'a, T> {
+    pub(crate) fn new(slice: &'a mut [T]) -> Self {
+        Self {
+            data: slice.as_mut_ptr(),
+            length: slice.len(),
+            lifetime: PhantomData,
+        }
+    }
+
+    /// The element of a slot.
+    ///
+    /// # Safety
+    /// `slot` is within the array, and no other thread, nor another reference of this one, uses the
+    /// same slot while the reference lives.
+    #[inline(always)]
+    #[allow(clippy::mut_from_ref)]
+    pub(crate) unsafe fn slot(&self, slot: u32) -> &mut T {
+        debug_assert!((slot as usize) < self.length);
+        // SAFETY: promised by the caller.
+        unsafe { &mut *self.data.add(slot as usize) }
+    }
+}
+
+/// Calls `work` for every block, colour by colour; in parallel where the pool has threads.
+pub(crate) fn for_each_block(
+    grid: &Grid,
+    list: &PairList,
+    reverse: bool,
+    work: impl Fn(&BlockList) + Sync,
+) {
+    let parallel = rayon::current_num_threads() > 1;
+    let colour_work = |colour: &Vec<u32>| {
+        if parallel && colour.len() > 1 {
+            colour
+                .par_iter()
+                .with_max_len(1)
+                .for_each(|&b| work(&list.blocks[b as usize]));
+        } else {
+            colour.iter().for_each(|&b| work(&list.blocks[b as usize]));
+        }
+    };
+    if reverse {
+        grid.colours.iter().rev().for_each(colour_work);
+    } else {
+        grid.colours.iter().for_each(colour_work);
+    }
+}
+
+/// A walk along the rows of a block, chunk by chunk.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Walk {
+    row: usize,
+    pair: u32,
+}
+
+impl Walk {
+    /// Visits the next at most `CHUNK` pairs, row by row: `visit(head, first lane, partners)`.
+    /// Returns the number of pairs.
+    #[inline(always)]
+    pub(crate) fn next_chunk(
+        &mut self,
+        block: &BlockList,
+        mut visit: impl FnMut(u32, usize, &[u32]),
+    ) -> usize {
+        let begin = self.pair;
+        let stop = (begin + CHUNK as u32).min(block.neighbours.len() as u32);
+        while self.pair < stop {
+            let [head, end] = block.rows[self.row];
+            let until = end.min(stop);
+            let partners = &block.neighbours[self.pair as usize..until as usize];
+            visit(head, (self.pair - begin) as usize, partners);
+            self.pair = until;
+            self.row += usize::from(until == end);
+        }
+        (stop - begin) as usize
+    }
+}
