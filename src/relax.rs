@@ -40,7 +40,11 @@ pub fn uniform_positions(n: usize, dimension: usize, seed: u64) -> Vec<f64> {
 
 /// Relaxes positions [h], row by row, in place. Returns the relative standard deviation of the
 /// kernel density at the end.
-pub fn relax<const D: usize>(positions: &mut [[f64; 3]], cell: &PeriodicBox, iterations: u32) -> f64 {
+pub fn relax<const D: usize>(
+    positions: &mut [[f64; 3]],
+    cell: &PeriodicBox,
+    iterations: u32,
+) -> f64 {
     let n = positions.len();
     let volume: f64 = cell.edges[..D].iter().product();
     let spacing = (volume / n as f64).powf(1.0 / D as f64);
@@ -68,10 +72,20 @@ pub fn relax<const D: usize>(positions: &mut [[f64; 3]], cell: &PeriodicBox, ite
             record[3] = 1.0;
         }
         pair_forces::<WendlandC2, Frictionless, Silent, D>(
-            &mut particles, &grid, &list, cell, silent, key,
+            &mut particles,
+            &grid,
+            &list,
+            cell,
+            silent,
+            key,
         );
         let square = |f: &[f64; 4]| f[..D].iter().map(|x| x * x).sum::<f64>();
-        let largest = particles.force.iter().map(square).fold(0.0, f64::max).sqrt();
+        let largest = particles
+            .force
+            .iter()
+            .map(square)
+            .fold(0.0, f64::max)
+            .sqrt();
         if largest <= 0.0 {
             break;
         }

@@ -328,7 +328,10 @@ impl Engine {
         pool.install(|| {
             // The particles are finite, so only an oversized region could fail, and it did not before.
             let _ = integrator.rebuild(self, false);
-            let (force, velocity) = (self.particles.force.clone(), self.particles.velocity.clone());
+            let (force, velocity) = (
+                self.particles.force.clone(),
+                self.particles.velocity.clone(),
+            );
             self.particles.position.copy_from_slice(present);
             let _ = integrator.refresh(self, dt);
             self.particles.force.copy_from_slice(&force);
@@ -378,12 +381,12 @@ impl Engine {
         pool.install(|| integrator.run(self, steps, scaled))
     }
 
-    /// The parts of the force in slot order, reduced units.
-    pub fn force_parts(&mut self) -> ForceParts {
+    /// The parts of the force in slot order, reduced units; the noise is that of step `step`.
+    pub fn force_parts(&mut self, step: u64) -> ForceParts {
         let integrator = Arc::clone(&self.integrator);
         let pool = Arc::clone(&self.pool);
         let dt = self.clock.dt / self.units.time();
-        pool.install(|| integrator.force_parts(self, dt))
+        pool.install(|| integrator.force_parts(self, dt, step))
     }
 
     /// Mean friction rate (1/m) <sum_j g_ij> (a + b/D) of a particle's velocity, reduced units.
@@ -394,7 +397,11 @@ impl Engine {
     }
 
     /// Sorts (if asked) and searches the pairs anew.
-    pub(crate) fn rebuild<const D: usize>(&mut self, renew_grid: bool, shuffle: bool) -> Result<()> {
+    pub(crate) fn rebuild<const D: usize>(
+        &mut self,
+        renew_grid: bool,
+        shuffle: bool,
+    ) -> Result<()> {
         if renew_grid {
             self.check_finite()?;
             self.grid.renew(&self.cell, D, &mut self.particles);
@@ -404,7 +411,9 @@ impl Engine {
         self.list.reference.clear();
         if self.skin < self.margin {
             let positions = self.particles.position.iter();
-            self.list.reference.extend(positions.map(|p| [p[0], p[1], p[2]]));
+            self.list
+                .reference
+                .extend(positions.map(|p| [p[0], p[1], p[2]]));
         }
         let cutoff = 1.0 + self.skin;
         self.list
@@ -446,7 +455,10 @@ impl Engine {
             .iter()
             .map(squares)
             .enumerate()
-            .fold((0, 0.0), |best, now| if now.1 > best.1 { now } else { best });
+            .fold(
+                (0, 0.0),
+                |best, now| if now.1 > best.1 { now } else { best },
+            );
         Error::Runaway {
             step: self.step,
             id: self.particles.id[slot],
@@ -538,7 +550,8 @@ impl Engine {
                 for a in 0..3 {
                     position[a] += dt * v[a];
                 }
-                let from = |origin: &[f64; 3]| square(std::array::from_fn(|a| position[a] - origin[a]));
+                let from =
+                    |origin: &[f64; 3]| square(std::array::from_fn(|a| position[a] - origin[a]));
                 Moved {
                     from_grid: from(grid),
                     from_list: from(list),
@@ -594,7 +607,7 @@ impl Engine {
                 Ok(guard) => guard,
                 Err(poisoned) => poisoned.into_inner(),
             };
-            if self.step % observer.every() == 0 {
+            if self.step.is_multiple_of(observer.every()) {
                 observer.sample(&view);
             }
         }
@@ -605,5 +618,9 @@ impl Engine {
 fn friction_time(friction: &PairFriction, density: f64, dimension: usize) -> f64 {
     // int F dV = 10.5/h^2 for Lucy in 3D, 10 to 18 for all: good enough to choose a skin.
     let rate = 12.0 / density * (friction.across + friction.along / dimension as f64);
-    if rate > 0.0 { 1.0 / rate } else { f64::INFINITY }
+    if rate > 0.0 {
+        1.0 / rate
+    } else {
+        f64::INFINITY
+    }
 }

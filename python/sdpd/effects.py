@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sdpd import validation
+from sdpd.box import AXES
 from sdpd.fluids import Fluid
 
 __all__ = ["ActiveEffects", "BodyForce", "Effects", "SinusoidalForce", "UniformForce"]
@@ -16,6 +17,10 @@ class BodyForce:
     @property
     def peak(self) -> float:
         """Largest magnitude [length/time^2]."""
+        raise NotImplementedError
+
+    def core(self, dimension: int) -> tuple[list[float], tuple[int, int] | None]:
+        """Amplitude, and axis and number of the waves (None: uniform), for the core."""
         raise NotImplementedError
 
     def check_dimension(self, dimension: int) -> None:
@@ -46,6 +51,9 @@ class UniformForce(BodyForce):
     @property
     def peak(self) -> float:  # noqa: D102
         return float(sum(value**2 for value in self.acceleration) ** 0.5)
+
+    def core(self, dimension: int) -> tuple[list[float], tuple[int, int] | None]:  # noqa: D102
+        return list(self.acceleration), None
 
     def check_dimension(self, dimension: int) -> None:  # noqa: D102
         if len(self.acceleration) != dimension:
@@ -90,8 +98,12 @@ class SinusoidalForce(BodyForce):
     def peak(self) -> float:  # noqa: D102
         return abs(self.amplitude)
 
+    def core(self, dimension: int) -> tuple[list[float], tuple[int, int] | None]:  # noqa: D102
+        amplitude = [self.amplitude if axis == self.direction else 0.0 for axis in AXES[:dimension]]
+        return amplitude, (AXES.index(self.along), self.wavenumber)
+
     def check_dimension(self, dimension: int) -> None:  # noqa: D102
-        axes = "xyz"[:dimension]
+        axes = AXES[:dimension]
         for name, axis in (("direction", self.direction), ("along", self.along)):
             if axis not in axes:
                 raise ValueError(f"`{name}` must be an axis of the box ({axes!r}), got {axis!r}")

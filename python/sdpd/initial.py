@@ -6,7 +6,6 @@ start depends on the seed and on nothing else.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -79,12 +78,12 @@ class RandomStart(Start):
     Parameters
     ----------
     relax : bool
-        True: a quasi-random set (which has no long density waves, slow to decay), jittered by half
-        a spacing and relaxed by sound and friction without noise, with a Wendland C2 kernel and
-        P = c^2 rho whatever the scene has. Like a fluid at short range, but equilibrate it.
+        True: a quasi-random set (which has no long density waves, slow to decay), jittered by a
+        spacing and relaxed by steepest descent in a soft repulsion, whatever the kernel and the
+        equation of state of the scene. Even and without order, but not yet in equilibrium.
         False: independent uniform positions, a Poisson process.
     relax_steps : int
-        Steps of the relaxation, of a tenth of h/c or so each.
+        Iterations of the descent.
     velocities : {"auto", "thermal", "zero"}
         See `Start`.
     """
@@ -102,16 +101,11 @@ class RandomStart(Start):
 STARTS: dict[str, type[Start]] = {"lattice": LatticeStart, "random": RandomStart}
 
 
-def _variates(seed: int, stream: str, number: int, dimension: int, variate: str) -> Array:
+def _uniform(seed: int, number: int, dimension: int) -> Array:
+    """Independent uniforms on [0, 1), one row per particle."""
     from sdpd import _core
 
-    ids = np.arange(number, dtype=np.uint64)
-    return np.asarray(_core.pair_variates(seed, stream, 0, 0, ids, ids, variate, dimension))
-
-
-def _uniform(seed: int, number: int, dimension: int) -> Array:
-    """Independent uniforms on (-1/2, 1/2), one row per id."""
-    return _variates(seed, "initial_position", number, dimension, "uniform") / math.sqrt(12.0)
+    return np.asarray(_core.uniform_positions(number, dimension, seed))
 
 
 def _wrap(points: Array, box: Box) -> Array:
@@ -134,6 +128,8 @@ def positions(scene: Scene, seed: int) -> Array:
     ndarray of float64, shape (N, D)
         [length], inside the box: ``0 <= x < L``.
     """
+    from sdpd import _core
+
     start, box = scene.start, scene.box
     lengths = np.asarray(box.lengths)
     number, dimension = scene.n_particles, scene.dimension
@@ -143,14 +139,18 @@ def positions(scene: Scene, seed: int) -> Array:
         index = np.stack(np.unravel_index(np.arange(number), scene.layout.counts), axis=-1)
         points = (index + 0.5) * (lengths / counts)
         if start.jitter > 0.0:
-            points += 2.0 * start.jitter * _uniform(seed, number, dimension) * (lengths / counts)
+            shift = 2.0 * _uniform(seed, number, dimension) - 1.0
+            points += start.jitter * shift * (lengths / counts)
         return _wrap(points, box)
     assert isinstance(start, RandomStart)
     uniform = _uniform(seed, number, dimension)
     if not start.relax:
-        return _wrap((uniform + 0.5) * lengths, box)
+        return _wrap(uniform * lengths, box)
     points = _quasi_random(number, dimension) * lengths + uniform * scene.spacing
-    return _relaxed(_wrap(points, box), scene, seed, start.relax_steps)
+    relaxed, _ = _core.relax_positions(
+        _wrap(points, box), list(box.lengths), scene.support_radius, start.relax_steps
+    )
+    return _wrap(np.asarray(relaxed), box)
 
 
 def _quasi_random(number: int, dimension: int) -> Array:
@@ -160,36 +160,6 @@ def _quasi_random(number: int, dimension: int) -> Array:
         ratio = (1.0 + ratio) ** (1.0 / (dimension + 1))
     steps = ratio ** -np.arange(1.0, dimension + 1.0)
     return np.asarray((0.5 + np.arange(number)[:, None] * steps) % 1.0)
-
-
-def _relaxed(points: Array, scene: Scene, seed: int, steps: int) -> Array:
-    """Positions after damped motion in units of the spacing, the particle mass and the sound."""
-    from sdpd import _core
-
-    support, dimension = scene.resolution.support, scene.dimension
-    core = _core.Core(
-        positions=points / scene.spacing,
-        velocities=np.zeros_like(points),
-        box=tuple(length / scene.spacing for length in scene.box.lengths),
-        support=support,
-        mass=1.0,
-        thermal_energy=1.0,
-        kernel="wendland_c2",
-        friction="general",
-        friction_across=0.5 * (1.0 + 2.0 / dimension),
-        friction_along=0.5 * (dimension + 2.0) * (1.0 - 2.0 / dimension),
-        eos=("ideal_gas", [1.0]),
-        noise="none",
-        integrator="pair_splitting",
-        iterations=0,
-        body_force=None,
-        dt=0.12 * support,  # a quarter of the acoustic limit 2h/(4.2 c)
-        seed=seed,
-        skin=None,
-        threads=1,
-    )
-    core.run(steps, 0.12 * support)
-    return _wrap(np.array(core.positions) * scene.spacing, scene.box)
 
 
 def velocities(scene: Scene, seed: int) -> Array:
@@ -215,8 +185,10 @@ def velocities(scene: Scene, seed: int) -> Array:
     shape = (scene.n_particles, scene.dimension)
     if not scene.starts_thermal:
         return np.zeros(shape)
-    speeds = scene.thermal_speed * _variates(seed, "initial_velocity", *shape, "gaussian")
-    return np.asarray(speeds - speeds.mean(axis=0))
+    from sdpd import _core
+
+    drawn = scene.thermal_speed * np.asarray(_core.normal_velocities(*shape, seed))
+    return np.asarray(drawn - drawn.mean(axis=0))
 
 
 def check_positions(scene: Scene, value: Any) -> Array:

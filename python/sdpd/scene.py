@@ -149,6 +149,7 @@ class Scene(SceneQuantities):
         simulation's.
         """
         active = self.active_effects
+        force = self.body_force if active.body_force else None
         friction = "central" if active.central_friction else "general"
         return {
             "box": self.box.lengths,
@@ -160,6 +161,7 @@ class Scene(SceneQuantities):
             "friction_across": self.friction_across,
             "friction_along": self.friction_along,
             "eos": self.fluid.equation_of_state.core(self.fluid.density, self.sound.speed),
+            "body_force": None if force is None else force.core(self.dimension),
         }
 
     def regime(self, integrator: Integrator | str | None = None) -> Regime:

@@ -125,7 +125,9 @@ def text(name: str, value: object) -> str:
 
 def suggestion(value: object, options: Iterable[str]) -> str:
     """``"; did you mean 'lucy'?"`` if one of the options is close, else an empty string."""
-    close = difflib.get_close_matches(str(value).lower(), list(options), n=1)
+    wanted, known = str(value).lower(), list(options)
+    close = difflib.get_close_matches(wanted, known, n=1, cutoff=0.65)
+    close = close or [option for option in known if len(wanted) > 3 and wanted in option][:1]
     return f"; did you mean {close[0]!r}?" if close else ""
 
 

@@ -82,7 +82,10 @@ mod tests {
     #[test]
     fn short_boxes_are_refused() {
         let text = PeriodicBox::new(&[3.0, 1.9], 1.0).unwrap_err().to_string();
-        assert!(text.contains("two supports") && text.contains("axis 1"), "{text}");
+        assert!(
+            text.contains("two supports") && text.contains("axis 1"),
+            "{text}"
+        );
         assert!(PeriodicBox::new(&[2.0e-9, 2.0e-9], 1e-9).is_ok());
     }
 }

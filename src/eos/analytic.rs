@@ -116,7 +116,10 @@ pub struct Polynomial {
 
 impl EquationOfState for Polynomial {
     fn pressure(&self, rho: f64) -> f64 {
-        self.coefficients.iter().rev().fold(0.0, |sum, a| sum * rho + a)
+        self.coefficients
+            .iter()
+            .rev()
+            .fold(0.0, |sum, a| sum * rho + a)
     }
     fn sound_speed_squared(&self, rho: f64) -> f64 {
         let terms = self.coefficients.iter().enumerate().skip(1).rev();

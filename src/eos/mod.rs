@@ -56,7 +56,11 @@ pub fn build(kind: &str, parameters: &[f64]) -> Result<Box<dyn EquationOfState>>
             })
         }
         "linear" => {
-            expect(kind, p, &["reference_density", "sound_speed", "reference_pressure"])?;
+            expect(
+                kind,
+                p,
+                &["reference_density", "sound_speed", "reference_pressure"],
+            )?;
             Box::new(Linear {
                 reference_density: positive("reference_density", p[0])?,
                 sound_speed: positive("sound_speed", p[1])?,
@@ -67,10 +71,18 @@ pub fn build(kind: &str, parameters: &[f64]) -> Result<Box<dyn EquationOfState>>
             expect(
                 kind,
                 p,
-                &["reference_density", "sound_speed", "exponent", "background_pressure"],
+                &[
+                    "reference_density",
+                    "sound_speed",
+                    "exponent",
+                    "background_pressure",
+                ],
             )?;
             if p[2] <= 1.0 {
-                return Err(Error::Invalid(format!("`exponent` must be > 1, got {}", p[2])));
+                return Err(Error::Invalid(format!(
+                    "`exponent` must be > 1, got {}",
+                    p[2]
+                )));
             }
             Box::new(Tait {
                 reference_density: positive("reference_density", p[0])?,
@@ -118,7 +130,10 @@ mod tests {
             ("tait", vec![1.0, 3.0, 7.0, 0.4]),
             ("ideal_gas", vec![3.0]),
             ("polynomial", vec![0.1, 1.0, -0.3, 2.0]),
-            ("table", vec![0.5, 0.8, 1.0, 1.3, 2.0, 0.1, 0.7, 1.0, 1.1, 4.0]),
+            (
+                "table",
+                vec![0.5, 0.8, 1.0, 1.3, 2.0, 0.1, 0.7, 1.0, 1.1, 4.0],
+            ),
         ]
         .iter()
         .map(|(kind, p)| build(kind, p).unwrap())
@@ -134,7 +149,8 @@ mod tests {
                 let slope = (eos.pressure(rho + step) - eos.pressure(rho - step)) / (2.0 * step);
                 let c2 = eos.sound_speed_squared(rho);
                 assert!((slope - c2).abs() < 3e-4 * (1.0 + c2), "{rho} {slope} {c2}");
-                let pull = (eos.specific_potential(rho + step) - eos.specific_potential(rho - step))
+                let pull = (eos.specific_potential(rho + step)
+                    - eos.specific_potential(rho - step))
                     / (2.0 * step);
                 assert!((pull * rho * rho - eos.pressure(rho)).abs() < 1e-6 * (1.0 + c2));
             }

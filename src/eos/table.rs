@@ -1,5 +1,6 @@
 //! A tabulated equation of state: monotone piecewise cubic through the given points (Fritsch and
-//! Carlson, SIAM J. Numer. Anal. 17 (1980) 238), continued linearly beyond both ends.
+//! Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, the "pchip" of SLATEC and SciPy), continued
+//! linearly beyond both ends.
 
 use super::EquationOfState;
 use crate::error::{Error, Result};
@@ -45,7 +46,10 @@ impl Table {
             if k > 0 && (rho[k] <= rho[k - 1] || p[k] < p[k - 1]) {
                 return Err(Error::Invalid(format!(
                     "`table` densities must increase and pressures must not decrease, got ({}, {}) after ({}, {})",
-                    rho[k], p[k], rho[k - 1], p[k - 1]
+                    rho[k],
+                    p[k],
+                    rho[k - 1],
+                    p[k - 1]
                 )));
             }
         }
@@ -58,7 +62,12 @@ impl Table {
                 [slopes[k], slopes[k + 1]],
             ));
         }
-        pieces.push(linear_piece(rho[n - 1], rho[n - 1], p[n - 1], slopes[n - 1]));
+        pieces.push(linear_piece(
+            rho[n - 1],
+            rho[n - 1],
+            p[n - 1],
+            slopes[n - 1],
+        ));
         for k in 1..pieces.len() {
             let at = pieces[k].start;
             pieces[k].offset =
@@ -78,10 +87,14 @@ fn monotone_slopes(rho: &[f64], p: &[f64]) -> Vec<f64> {
     let secant: Vec<f64> = (0..n - 1)
         .map(|k| (p[k + 1] - p[k]) / (rho[k + 1] - rho[k]))
         .collect();
-    let mut slopes = vec![0.0; n];
-    slopes[0] = secant[0];
-    slopes[n - 1] = secant[n - 2];
+    let mut slopes = vec![secant[0]; n];
+    if n > 2 {
+        let width = |k: usize| rho[k + 1] - rho[k];
+        slopes[0] = end_slope([width(0), width(1)], [secant[0], secant[1]]);
+        slopes[n - 1] = end_slope([width(n - 2), width(n - 3)], [secant[n - 2], secant[n - 3]]);
+    }
     for k in 1..n - 1 {
+        slopes[k] = 0.0;
         // Weighted harmonic mean: never more than three times either secant, hence monotone.
         if secant[k - 1] * secant[k] > 0.0 {
             let (left, right) = (rho[k] - rho[k - 1], rho[k + 1] - rho[k]);
@@ -90,6 +103,19 @@ fn monotone_slopes(rho: &[f64], p: &[f64]) -> Vec<f64> {
         }
     }
     slopes
+}
+
+/// Three-point formula at an end, kept monotone; index 0 is the interval at the end.
+fn end_slope(width: [f64; 2], secant: [f64; 2]) -> f64 {
+    let slope =
+        ((2.0 * width[0] + width[1]) * secant[0] - width[0] * secant[1]) / (width[0] + width[1]);
+    if slope * secant[0] <= 0.0 {
+        0.0
+    } else if secant[0] * secant[1] <= 0.0 && slope > 3.0 * secant[0] {
+        3.0 * secant[0]
+    } else {
+        slope
+    }
 }
 
 fn linear_piece(start: f64, rho: f64, p: f64, slope: f64) -> Piece {

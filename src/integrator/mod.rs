@@ -21,7 +21,7 @@ pub struct ForceParts {
     pub conservative: Vec<[f64; 4]>,
     /// Drag at the present velocities.
     pub dissipative: Vec<[f64; 4]>,
-    /// Noise of velocity Verlet at the present step.
+    /// Noise of velocity Verlet at the given step.
     pub random: Vec<[f64; 4]>,
 }
 
@@ -34,7 +34,7 @@ pub trait Integrator: Send + Sync {
     /// Rebuilds the pair lists from the present positions (and the grid, if asked).
     fn rebuild(&self, engine: &mut Engine, renew_grid: bool) -> Result<()>;
     /// The parts of the force, in slot order.
-    fn force_parts(&self, engine: &mut Engine, dt: f64) -> ForceParts;
+    fn force_parts(&self, engine: &mut Engine, dt: f64, step: u64) -> ForceParts;
     /// Mean over particles of sum_j g_ij.
     fn mean_friction_weight(&self, engine: &mut Engine) -> f64;
     /// Are pairs wanted in shuffled order?
@@ -64,9 +64,10 @@ pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
 pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     engine: &mut Engine,
     dt: f64,
+    step: u64,
 ) -> ForceParts {
     let kick = engine.friction.kick(dt);
-    let key = SweepKey::new(engine.seed, Stream::PairForce, engine.step, 0);
+    let key = SweepKey::new(engine.seed, Stream::PairForce, step, 0);
     let Engine {
         particles,
         grid,

@@ -86,8 +86,8 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
         engine.rebuild::<D>(renew_grid, self.shuffles())
     }
 
-    fn force_parts(&self, engine: &mut Engine, dt: f64) -> ForceParts {
-        force_parts::<K, F, V, D>(engine, dt)
+    fn force_parts(&self, engine: &mut Engine, dt: f64, step: u64) -> ForceParts {
+        force_parts::<K, F, V, D>(engine, dt, step)
     }
 
     fn mean_friction_weight(&self, engine: &mut Engine) -> f64 {

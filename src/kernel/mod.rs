@@ -63,10 +63,26 @@ mod tests {
         close(integrate(|q| 2.0 * PI * q * K::w::<2>(q)), 1.0, 1e-12);
         close(integrate(|q| 4.0 * PI * q * q * K::w::<3>(q)), 1.0, 1e-12);
         // int F r^2 dV = D for every kernel.
-        close(integrate(|q| 2.0 * PI * q.powi(3) * K::f::<2>(q)), 2.0, 1e-11);
-        close(integrate(|q| 4.0 * PI * q.powi(4) * K::f::<3>(q)), 3.0, 1e-11);
-        close(integrate(|q| 2.0 * PI * q * K::f::<2>(q)), friction_integral[0], 1e-9);
-        close(integrate(|q| 4.0 * PI * q * q * K::f::<3>(q)), friction_integral[1], 1e-9);
+        close(
+            integrate(|q| 2.0 * PI * q.powi(3) * K::f::<2>(q)),
+            2.0,
+            1e-11,
+        );
+        close(
+            integrate(|q| 4.0 * PI * q.powi(4) * K::f::<3>(q)),
+            3.0,
+            1e-11,
+        );
+        close(
+            integrate(|q| 2.0 * PI * q * K::f::<2>(q)),
+            friction_integral[0],
+            1e-9,
+        );
+        close(
+            integrate(|q| 4.0 * PI * q * q * K::f::<3>(q)),
+            friction_integral[1],
+            1e-9,
+        );
         for k in 1..400 {
             let q = k as f64 * 0.0025;
             let step = 1e-5;

@@ -141,7 +141,8 @@ impl Grid {
     /// Slots of a block.
     pub fn block_slots(&self, block: usize) -> std::ops::Range<usize> {
         let per_block = self.cells_in_block();
-        self.cell_start[block * per_block] as usize..self.cell_start[(block + 1) * per_block] as usize
+        self.cell_start[block * per_block] as usize
+            ..self.cell_start[(block + 1) * per_block] as usize
     }
 
     fn cell_at(&self, position: &[f64; 4]) -> usize {

@@ -50,14 +50,18 @@ impl PairList {
         cutoff: f64,
         shuffle: bool,
     ) {
-        self.blocks.resize_with(grid.block_count(), BlockList::default);
-        self.blocks.par_iter_mut().enumerate().for_each(|(base, block)| {
-            block.search::<D>(base, grid, cell, particles, cutoff * cutoff);
-            block.shuffled.clear();
-            if shuffle {
-                block.shuffle(particles);
-            }
-        });
+        self.blocks
+            .resize_with(grid.block_count(), BlockList::default);
+        self.blocks
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(base, block)| {
+                block.search::<D>(base, grid, cell, particles, cutoff * cutoff);
+                block.shuffled.clear();
+                if shuffle {
+                    block.shuffle(particles);
+                }
+            });
         self.overflow = shuffle && self.blocks.iter().any(|b| b.region_size() > REGION_MAX);
     }
 
@@ -144,17 +148,23 @@ impl BlockList {
         self.runs.clear();
         let [xs, ys, zs] = [0, 1, 2].map(|axis| Span::new(grid, axis, here[axis]));
         for z in zs.cells() {
-            let Some(bit_z) = side(grid, at, 2, z) else { continue };
+            let Some(bit_z) = side(grid, at, 2, z) else {
+                continue;
+            };
             if corner >> 2 & bit_z == 1 {
                 continue;
             }
             for y in ys.cells() {
-                let Some(bit_y) = side(grid, at, 1, y) else { continue };
+                let Some(bit_y) = side(grid, at, 1, y) else {
+                    continue;
+                };
                 if corner >> 1 & bit_y == 1 {
                     continue;
                 }
                 for x in xs.cells() {
-                    let Some(bit_x) = side(grid, at, 0, x) else { continue };
+                    let Some(bit_x) = side(grid, at, 0, x) else {
+                        continue;
+                    };
                     if corner & bit_x == 1 {
                         continue;
                     }
@@ -192,6 +202,10 @@ impl BlockList {
             // Room for all candidates, then keep what is near: no branch per candidate.
             let room = length + (run[1] - start) as usize;
             if self.neighbours.len() < room {
+                if self.neighbours.capacity() < room {
+                    // Doubling would waste what the particles themselves take.
+                    self.neighbours.reserve_exact(room / 16 + 256);
+                }
                 self.neighbours.resize(room, 0);
             }
             for slot in start..run[1] {
@@ -224,6 +238,9 @@ impl BlockList {
         }
         self.counts.clear();
         self.counts.resize(BUCKETS + 1, 0);
+        if self.shuffled.capacity() < self.neighbours.len() {
+            self.shuffled.reserve_exact(self.neighbours.len() * 17 / 16);
+        }
         self.shuffled.resize(self.neighbours.len(), [0; 2]);
         let bucket = |i: u32, j: u32| {
             let (a, b) = (particles.id[i as usize], particles.id[j as usize]);
@@ -276,9 +293,17 @@ impl Span {
         let cells = grid.blocks[axis] * grid.cells_per_block[axis];
         let reach = grid.reach[axis];
         if 2 * reach + 1 >= cells {
-            return Self { first: 0, count: cells, cells };
+            return Self {
+                first: 0,
+                count: cells,
+                cells,
+            };
         }
-        Self { first: (here + cells - reach) % cells, count: 2 * reach + 1, cells }
+        Self {
+            first: (here + cells - reach) % cells,
+            count: 2 * reach + 1,
+            cells,
+        }
     }
 
     fn cells(&self) -> impl Iterator<Item = usize> + '_ {

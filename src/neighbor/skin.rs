@@ -27,7 +27,8 @@ impl SkinModel {
         } else {
             2.0 * (self.speed * tau).powi(2) * (x + (-x).exp_m1())
         };
-        let largest = (2.0 * (self.n as f64 + 1.0).ln()).sqrt() + 0.7 * (self.dimension as f64 - 1.0);
+        let largest =
+            (2.0 * (self.n as f64 + 1.0).ln()).sqrt() + 0.7 * (self.dimension as f64 - 1.0);
         variance.sqrt() * largest
     }
 }

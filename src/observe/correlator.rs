@@ -88,7 +88,12 @@ impl Observer for Correlator {
                 level.history = vec![[0.0; 6]; n * points];
             }
             level.store(&now, points);
-            level.accumulate(&now, points, dimension, if index == 0 { 0 } else { points / 2 });
+            level.accumulate(
+                &now,
+                points,
+                dimension,
+                if index == 0 { 0 } else { points / 2 },
+            );
         }
         self.samples += 1;
     }

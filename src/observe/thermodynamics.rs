@@ -24,7 +24,11 @@ impl Thermodynamics {
     pub fn columns(dimension: usize) -> Vec<String> {
         let axes = ["x", "y", "z"];
         let mut names = vec!["step".to_string(), "time".to_string()];
-        names.extend(axes[..dimension].iter().map(|a| format!("thermal_energy_{a}")));
+        names.extend(
+            axes[..dimension]
+                .iter()
+                .map(|a| format!("thermal_energy_{a}")),
+        );
         names.extend(["kinetic_energy".into(), "potential_energy".into()]);
         names.extend(axes[..dimension].iter().map(|a| format!("momentum_{a}")));
         names.extend(["mean_density", "mean_square_density", "mean_pressure"].map(String::from));
@@ -67,10 +71,12 @@ impl Observer for Thermodynamics {
             let peculiar = square[a] - momentum[a] * momentum[a] / n;
             if n > 1.0 { peculiar / (n - 1.0) } else { 0.0 }
         };
-        self.rows.extend((0..d).map(|a| thermal(a) * units.energy()));
+        self.rows
+            .extend((0..d).map(|a| thermal(a) * units.energy()));
         let kinetic = 0.5 * square[..d].iter().sum::<f64>() * units.energy();
         self.rows.extend([kinetic, potential * units.mass]);
-        self.rows.extend((0..d).map(|a| momentum[a] * units.mass * units.velocity));
+        self.rows
+            .extend((0..d).map(|a| momentum[a] * units.mass * units.velocity));
         self.rows
             .extend([rho_sum / n, rho_square / n, pressure / n * units.pressure()]);
     }

@@ -210,7 +210,11 @@ mod tests {
         (r, 1.0 / dot(r, r))
     }
 
-    fn columns<F: FrictionForm>(friction: &PairFriction, dt: f64, dimension: usize) -> Matrix3<f64> {
+    fn columns<F: FrictionForm>(
+        friction: &PairFriction,
+        dt: f64,
+        dimension: usize,
+    ) -> Matrix3<f64> {
         let (r, inverse_r2) = separation(dimension);
         let mut operator = Matrix3::zeros();
         let count = if F::CENTRAL { 1 } else { dimension };
@@ -277,8 +281,8 @@ mod tests {
                 let terms = exchange.terms::<General>(0.7, inverse_r2, r, unit(k), true);
                 let ru = dot(r, unit(k));
                 for a in 0..3 {
-                    decay[(a, k)] += 2.0
-                        * (terms.half_across * unit(k)[a] + terms.half_along * ru * r[a]);
+                    decay[(a, k)] +=
+                        2.0 * (terms.half_across * unit(k)[a] + terms.half_along * ru * r[a]);
                     noise[(a, k)] = 2.0 * terms.noise[a];
                 }
             }

@@ -69,7 +69,10 @@ impl Core {
     fn export(&self, py: Python<'_>, engine: &Engine) {
         let d = self.dimension;
         let columns = &self.columns;
-        let (positions, velocities) = (columns.positions.elements(py), columns.velocities.elements(py));
+        let (positions, velocities) = (
+            columns.positions.elements(py),
+            columns.velocities.elements(py),
+        );
         let forces = columns.forces.elements(py);
         let (numbers, densities) = (
             columns.number_densities.elements(py),
@@ -110,8 +113,8 @@ impl Core {
             let (position, _) = exported_position(engine, slot);
             let velocity = &engine.particles.velocity[slot];
             let moved = positions[at.clone()] != position[..d];
-            let pushed = (0..d)
-                .any(|a| velocities[row * d + a] != velocity[a] * engine.units.velocity);
+            let pushed =
+                (0..d).any(|a| velocities[row * d + a] != velocity[a] * engine.units.velocity);
             if moved || pushed {
                 changes.push((slot, row, moved, pushed));
                 lists |= moved;
@@ -227,7 +230,11 @@ impl Core {
             return Err(wrong_shape("positions", [n, dimension], positions.shape()));
         }
         if velocities.shape() != positions.shape() {
-            return Err(wrong_shape("velocities", [n, dimension], velocities.shape()));
+            return Err(wrong_shape(
+                "velocities",
+                [n, dimension],
+                velocities.shape(),
+            ));
         }
         let flat: Vec<f64> = positions.iter().copied().collect();
         check_finite("positions", &flat, dimension)?;
@@ -346,13 +353,18 @@ impl Core {
     }
 
     /// Conservative, dissipative and random force (the last as velocity Verlet draws it at the
-    /// present step), (N, D) each.
-    fn force_parts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    /// step `step`, by default the present one), (N, D) each.
+    #[pyo3(signature = (step=None))]
+    fn force_parts<'py>(&self, py: Python<'py>, step: Option<u64>) -> PyResult<Bound<'py, PyDict>> {
         let mut engine = self.lock()?;
         self.import(py, &mut engine)?;
-        let parts = engine.force_parts();
+        let step = step.unwrap_or(engine.step);
+        let parts = engine.force_parts(step);
         let result = PyDict::new(py);
-        result.set_item("conservative", self.by_row(py, &engine, &parts.conservative))?;
+        result.set_item(
+            "conservative",
+            self.by_row(py, &engine, &parts.conservative),
+        )?;
         result.set_item("dissipative", self.by_row(py, &engine, &parts.dissipative))?;
         result.set_item("random", self.by_row(py, &engine, &parts.random))?;
         Ok(result)

@@ -165,10 +165,14 @@ fn registry_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     Ok(rows)
 }
 
-fn to_table(py: Python<'_>, values: Vec<f64>, dimension: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
+fn to_table(
+    py: Python<'_>,
+    values: Vec<f64>,
+    dimension: usize,
+) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let n = values.len() / dimension;
-    let table = Array2::from_shape_vec((n, dimension), values)
-        .map_err(|e| invalid(e.to_string()))?;
+    let table =
+        Array2::from_shape_vec((n, dimension), values).map_err(|e| invalid(e.to_string()))?;
     Ok(table.into_pyarray(py))
 }
 

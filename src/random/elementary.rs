@@ -27,7 +27,9 @@ pub fn ln_unit(x: f64) -> f64 {
         1.479_819_860_511_658_6e-1,
     ];
     // x = 2^k (1 + f) with sqrt(1/2) <= 1 + f < sqrt(2).
-    let bits = x.to_bits().wrapping_add(0x3ff0_0000_0000_0000 - 0x3fe6_a09e_667f_3bcd);
+    let bits = x
+        .to_bits()
+        .wrapping_add(0x3ff0_0000_0000_0000 - 0x3fe6_a09e_667f_3bcd);
     let k = from_integer(bits >> 52) - 1023.0;
     let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff) + 0x3fe6_a09e_667f_3bcd) - 1.0;
     let s = f / (2.0 + f);

@@ -24,12 +24,14 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
         let mut weight = [0.0; CHUNK];
         loop {
             let mut back = walk;
-            let count = walk.next_chunk(self.block, |head, lane, partners| {
+            let count = walk.next_pairs(self.block, CHUNK, |head, lane, partners| {
                 let i = self.position[head as usize];
                 for (k, &other) in partners.iter().enumerate() {
                     // SAFETY: list entries are slots of particles.
                     let j = unsafe { self.position.get_unchecked(other as usize) };
-                    let r = self.cell.nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
+                    let r = self
+                        .cell
+                        .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
                     let mut sum = r[0] * r[0] + r[1] * r[1];
                     if D == 3 {
                         sum += r[2] * r[2];
@@ -43,7 +45,7 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
             for k in 0..CHUNK {
                 weight[k] = K::w::<D>(r2[k].sqrt());
             }
-            back.next_chunk(self.block, |head, lane, partners| {
+            back.next_pairs(self.block, CHUNK, |head, lane, partners| {
                 let mut sum = 0.0;
                 for (k, &other) in partners.iter().enumerate() {
                     sum += weight[lane + k];

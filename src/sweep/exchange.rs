@@ -4,7 +4,7 @@
 
 use std::marker::PhantomData;
 
-use super::{CHUNK, Shared, Task, for_each_block, run_wide};
+use super::{CHUNK, Shared, Task, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList};
@@ -21,10 +21,11 @@ pub enum Direction {
     Backward,
 }
 
-/// The arrays of one chunk.
+/// The arrays of one chunk: pairs within the support, in the order of the sweep.
 struct Lanes {
     slots: [[u32; 2]; CHUNK],
     r: [[f64; CHUNK]; 3],
+    r2: [f64; CHUNK],
     weight: [f64; CHUNK],
     low: [u64; CHUNK],
     high: [u64; CHUNK],
@@ -47,12 +48,18 @@ struct ExchangeTask<'a, K, F, V, const D: usize> {
 }
 
 impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K, F, V, D> {
+    /// Puts the pairs within the support into lanes, in the order of the sweep.
     #[inline(always)]
-    fn gather(&self, lanes: &mut Lanes, pairs: &[[u16; 2]]) {
+    fn gather<'p>(
+        &self,
+        lanes: &mut Lanes,
+        first: usize,
+        pairs: impl Iterator<Item = &'p [u16; 2]>,
+    ) -> usize {
         let slots = &self.block.region_slots;
-        for (k, pair) in pairs.iter().enumerate() {
+        let mut at = first;
+        for pair in pairs {
             let [i, j] = pair.map(|place| slots[place as usize]);
-            lanes.slots[k] = [i, j];
             // SAFETY: list entries are slots of particles.
             let (a, b) = unsafe {
                 (
@@ -60,11 +67,21 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
                     self.position.get_unchecked(j as usize),
                 )
             };
-            let r = self.cell.nearest::<D>([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
-            for axis in 0..D {
-                lanes.r[axis][k] = r[axis];
+            let r = self
+                .cell
+                .nearest::<D>([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
+            let mut r2 = r[0] * r[0] + r[1] * r[1];
+            if D == 3 {
+                r2 += r[2] * r[2];
             }
-            lanes.weight[k] = a[3] * b[3];
+            // Callers leave room for all pairs; the mask only tells the compiler so.
+            let lane = at & (CHUNK - 1);
+            lanes.slots[lane] = [i, j];
+            for axis in 0..D {
+                lanes.r[axis][lane] = r[axis];
+            }
+            lanes.r2[lane] = r2;
+            lanes.weight[lane] = a[3] * b[3];
             if V::ON {
                 // SAFETY: as above.
                 let (p, q) = unsafe {
@@ -74,19 +91,50 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
                     )
                 };
                 let [low, high] = pair_counter(p, q);
-                lanes.low[k] = low;
-                lanes.high[k] = high;
-                lanes.sign[k] = if p < q { 1.0 } else { -1.0 };
+                lanes.low[lane] = low;
+                lanes.high[lane] = high;
+                lanes.sign[lane] = if p < q { 1.0 } else { -1.0 };
+            }
+            at += usize::from(r2 < 1.0);
+        }
+        at
+    }
+
+    /// One chunk after the other: `next(n)` gives the next at most n pairs.
+    #[inline(always)]
+    fn sweep<'p, I: ExactSizeIterator<Item = &'p [u16; 2]>>(
+        &self,
+        lanes: &mut Lanes,
+        mut next: impl FnMut(usize) -> I,
+    ) {
+        loop {
+            let (mut count, mut finished) = (0, false);
+            while CHUNK - count >= 16 && !finished {
+                let pairs = next(CHUNK - count);
+                finished = pairs.len() < CHUNK - count;
+                count = self.gather(lanes, count, pairs);
+            }
+            self.compute(lanes, count);
+            for k in 0..count {
+                self.update(lanes, k);
+            }
+            if finished {
+                return;
             }
         }
     }
 
     #[inline(always)]
-    fn compute(&self, lanes: &mut Lanes) {
-        for k in 0..CHUNK {
+    fn compute(&self, lanes: &mut Lanes, count: usize) {
+        for k in 0..padded(count) {
             let mut xi = [0.0; 3];
             if V::ON {
-                let counter = [lanes.low[k], lanes.high[k], self.key.tail[0], self.key.tail[1]];
+                let counter = [
+                    lanes.low[k],
+                    lanes.high[k],
+                    self.key.tail[0],
+                    self.key.tail[1],
+                ];
                 let words = philox4x32_lanes(counter, self.key.key);
                 xi = V::draw(words, if F::CENTRAL { 1 } else { D });
                 let sign = if F::CENTRAL { 1.0 } else { lanes.sign[k] };
@@ -96,9 +144,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
                 lanes.noise[a][k] = xi[a];
             }
         }
-        for k in 0..CHUNK {
+        for k in 0..padded(count) {
             let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
-            let r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+            let r2 = lanes.r2[k];
             let weight = lanes.weight[k];
             let g = K::f::<D>(r2.sqrt()) * (weight * weight);
             let inverse_r2 = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
@@ -144,6 +192,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Task for ExchangeTa
         let mut lanes = Lanes {
             slots: [[0; 2]; CHUNK],
             r: zero,
+            r2: [0.0; CHUNK],
             weight: [0.0; CHUNK],
             low: [0; CHUNK],
             high: [0; CHUNK],
@@ -152,24 +201,23 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Task for ExchangeTa
             along: [0.0; CHUNK],
             noise: zero,
         };
+        let pairs = &self.block.shuffled[..];
         match self.direction {
             Direction::Forward => {
-                for pairs in self.block.shuffled.chunks(CHUNK) {
-                    self.gather(&mut lanes, pairs);
-                    self.compute(&mut lanes);
-                    for k in 0..pairs.len() {
-                        self.update(&lanes, k);
-                    }
-                }
+                let mut rest = pairs;
+                self.sweep(&mut lanes, |n| {
+                    let (now, later) = rest.split_at(n.min(rest.len()));
+                    rest = later;
+                    now.iter()
+                });
             }
             Direction::Backward => {
-                for pairs in self.block.shuffled.rchunks(CHUNK) {
-                    self.gather(&mut lanes, pairs);
-                    self.compute(&mut lanes);
-                    for k in (0..pairs.len()).rev() {
-                        self.update(&lanes, k);
-                    }
-                }
+                let mut rest = pairs;
+                self.sweep(&mut lanes, |n| {
+                    let (later, now) = rest.split_at(rest.len() - n.min(rest.len()));
+                    rest = later;
+                    now.iter().rev()
+                });
             }
         }
     }

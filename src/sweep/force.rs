@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::{CHUNK, Shared, Task, Walk, for_each_block, run_wide};
+use super::{CHUNK, Shared, Task, Walk, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList};
@@ -10,9 +10,12 @@ use crate::physics::{FrictionForm, Kick};
 use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
 use crate::state::Particles;
 
-/// The arrays of one chunk.
+/// The arrays of one chunk. Only pairs within the support get a lane; pairs in the skin do not.
 struct Lanes {
+    head: [u32; CHUNK],
+    other: [u32; CHUNK],
     r: [[f64; CHUNK]; 3],
+    r2: [f64; CHUNK],
     u: [[f64; CHUNK]; 3],
     weight: [f64; CHUNK],
     pressure: [f64; CHUNK],
@@ -38,50 +41,84 @@ struct ForceTask<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
 impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool>
     ForceTask<'_, K, F, V, D, CONSERVATIVE>
 {
+    /// Fills the lanes from the list; returns how many are in use, 0 at the end of the list.
     #[inline(always)]
     fn gather(&self, lanes: &mut Lanes, walk: &mut Walk) -> usize {
-        walk.next_chunk(self.block, |head, lane, partners| {
-            let i = self.position[head as usize];
-            let v = self.velocity[head as usize];
-            let id = self.id[head as usize];
-            for (k, &other) in partners.iter().enumerate() {
-                let at = lane + k;
-                // SAFETY: list entries are slots of particles.
-                let (j, w) = unsafe {
-                    (
-                        self.position.get_unchecked(other as usize),
-                        self.velocity.get_unchecked(other as usize),
-                    )
-                };
-                let r = self.cell.nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
-                for a in 0..D {
-                    lanes.r[a][at] = r[a];
-                }
-                if F::ON {
-                    for a in 0..D {
-                        lanes.u[a][at] = v[a] - w[a];
-                    }
-                    lanes.weight[at] = i[3] * j[3];
-                }
-                if CONSERVATIVE {
-                    lanes.pressure[at] = v[3] + w[3];
-                }
-                if V::ON {
-                    // SAFETY: as above.
-                    let other_id = unsafe { *self.id.get_unchecked(other as usize) };
-                    let [low, high] = pair_counter(id, other_id);
-                    lanes.low[at] = low;
-                    lanes.high[at] = high;
-                    lanes.sign[at] = if id < other_id { 1.0 } else { -1.0 };
-                }
+        let mut count = 0;
+        // Stop before the free lanes become too few to be worth a pass.
+        while CHUNK - count >= 16 {
+            let free = CHUNK - count;
+            let taken = walk.next_pairs(self.block, free, |head, _, partners| {
+                count = self.gather_row(lanes, count, head, partners);
+            });
+            if taken < free {
+                break;
             }
-        })
+        }
+        count
     }
 
     #[inline(always)]
-    fn draw(&self, lanes: &mut Lanes) {
-        for k in 0..CHUNK {
-            let counter = [lanes.low[k], lanes.high[k], self.key.tail[0], self.key.tail[1]];
+    fn gather_row(&self, lanes: &mut Lanes, first: usize, head: u32, partners: &[u32]) -> usize {
+        let i = self.position[head as usize];
+        let v = self.velocity[head as usize];
+        let id = if V::ON { self.id[head as usize] } else { 0 };
+        let mut at = first;
+        for &other in partners {
+            // SAFETY: list entries are slots of particles.
+            let (j, w) = unsafe {
+                (
+                    self.position.get_unchecked(other as usize),
+                    self.velocity.get_unchecked(other as usize),
+                )
+            };
+            let r = self
+                .cell
+                .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
+            let mut r2 = r[0] * r[0] + r[1] * r[1];
+            if D == 3 {
+                r2 += r[2] * r[2];
+            }
+            // Callers leave room for all partners, so `at` stays within the arrays; the mask only
+            // tells the compiler so.
+            let lane = at & (CHUNK - 1);
+            lanes.head[lane] = head;
+            lanes.other[lane] = other;
+            for a in 0..D {
+                lanes.r[a][lane] = r[a];
+            }
+            lanes.r2[lane] = r2;
+            if F::ON {
+                for a in 0..D {
+                    lanes.u[a][lane] = v[a] - w[a];
+                }
+                lanes.weight[lane] = i[3] * j[3];
+            }
+            if CONSERVATIVE {
+                lanes.pressure[lane] = v[3] + w[3];
+            }
+            if V::ON {
+                // SAFETY: as above.
+                let other_id = unsafe { *self.id.get_unchecked(other as usize) };
+                let [low, high] = pair_counter(id, other_id);
+                lanes.low[lane] = low;
+                lanes.high[lane] = high;
+                lanes.sign[lane] = if id < other_id { 1.0 } else { -1.0 };
+            }
+            at += usize::from(r2 < 1.0);
+        }
+        at
+    }
+
+    #[inline(always)]
+    fn draw(&self, lanes: &mut Lanes, count: usize) {
+        for k in 0..padded(count) {
+            let counter = [
+                lanes.low[k],
+                lanes.high[k],
+                self.key.tail[0],
+                self.key.tail[1],
+            ];
             let words = philox4x32_lanes(counter, self.key.key);
             let xi = V::draw(words, if F::CENTRAL { 1 } else { D });
             let sign = if F::CENTRAL { 1.0 } else { lanes.sign[k] };
@@ -92,10 +129,10 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
     }
 
     #[inline(always)]
-    fn compute(&self, lanes: &mut Lanes) {
-        for k in 0..CHUNK {
+    fn compute(&self, lanes: &mut Lanes, count: usize) {
+        for k in 0..padded(count) {
             let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
-            let r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+            let r2 = lanes.r2[k];
             let slope = K::f::<D>(r2.sqrt());
             let mut f = [0.0; 3];
             if CONSERVATIVE {
@@ -119,24 +156,27 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
     }
 
     #[inline(always)]
-    fn scatter(&self, lanes: &Lanes, walk: &mut Walk) {
-        walk.next_chunk(self.block, |head, lane, partners| {
+    fn scatter(&self, lanes: &Lanes, count: usize) {
+        let mut k = 0;
+        while k < count {
+            let head = lanes.head[k];
             let mut sum = [0.0; D];
-            for (k, &other) in partners.iter().enumerate() {
+            while k < count && lanes.head[k] == head {
                 // SAFETY: blocks of one colour share no particle, and other != head.
-                let target = unsafe { self.force.slot(other) };
+                let target = unsafe { self.force.slot(lanes.other[k]) };
                 for a in 0..D {
-                    let f = lanes.force[a][lane + k];
+                    let f = lanes.force[a][k];
                     sum[a] += f;
                     target[a] -= f;
                 }
+                k += 1;
             }
             // SAFETY: as above.
             let target = unsafe { self.force.slot(head) };
             for a in 0..D {
                 target[a] += sum[a];
             }
-        });
+        }
     }
 }
 
@@ -147,7 +187,10 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
     fn run(self) {
         let zero = [[0.0; CHUNK]; 3];
         let mut lanes = Lanes {
+            head: [0; CHUNK],
+            other: [0; CHUNK],
             r: zero,
+            r2: [0.0; CHUNK],
             u: zero,
             weight: [0.0; CHUNK],
             pressure: [0.0; CHUNK],
@@ -159,15 +202,15 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         };
         let mut walk = Walk::default();
         loop {
-            let mut back = walk;
-            if self.gather(&mut lanes, &mut walk) == 0 {
+            let count = self.gather(&mut lanes, &mut walk);
+            if V::ON {
+                self.draw(&mut lanes, count);
+            }
+            self.compute(&mut lanes, count);
+            self.scatter(&lanes, count);
+            if walk.at_end(self.block) {
                 return;
             }
-            if V::ON {
-                self.draw(&mut lanes);
-            }
-            self.compute(&mut lanes);
-            self.scatter(&lanes, &mut back);
         }
     }
 }

@@ -93,16 +93,17 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Visits the next at most `CHUNK` pairs, row by row: `visit(head, first lane, partners)`.
+    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, partners)`.
     /// Returns the number of pairs.
     #[inline(always)]
-    pub(crate) fn next_chunk(
+    pub(crate) fn next_pairs(
         &mut self,
         block: &BlockList,
+        count: usize,
         mut visit: impl FnMut(u32, usize, &[u32]),
     ) -> usize {
         let begin = self.pair;
-        let stop = (begin + CHUNK as u32).min(block.neighbours.len() as u32);
+        let stop = (begin + count as u32).min(block.neighbours.len() as u32);
         while self.pair < stop {
             let [head, end] = block.rows[self.row];
             let until = end.min(stop);
@@ -113,4 +114,16 @@ impl Walk {
         }
         (stop - begin) as usize
     }
+
+    /// Have all pairs been visited?
+    #[inline(always)]
+    pub(crate) fn at_end(&self, block: &BlockList) -> bool {
+        self.pair as usize == block.neighbours.len()
+    }
+}
+
+/// Lanes to compute for `count` pairs: whole vectors, the rest of the last one being leftovers.
+#[inline(always)]
+pub(crate) fn padded(count: usize) -> usize {
+    count.next_multiple_of(8).min(CHUNK)
 }

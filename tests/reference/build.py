@@ -74,6 +74,7 @@ def problem(
     seed: int = 2024,
     jitter: float = 0.3,
     body_force: Sequence[float] | None = None,
+    body_wave: tuple[int, int] | None = None,
 ) -> System:
     """A jittered lattice with Maxwellian velocities; friction "none" silences the noise."""
     rng = np.random.default_rng([seed, dimension])
@@ -97,6 +98,7 @@ def problem(
         dt=dt,
         seed=seed,
         body_force=None if body_force is None else np.asarray(body_force, dtype=float),
+        body_wave=body_wave,
     )
 
 
@@ -146,7 +148,9 @@ def core_arguments(
         "noise": system.noise,
         "integrator": integrator,
         "iterations": iterations,
-        "body_force": None if system.body_force is None else tuple(system.body_force),
+        "body_force": None
+        if system.body_force is None
+        else (list(system.body_force), system.body_wave),
         "dt": system.dt,
         "seed": system.seed,
         "skin": skin,
@@ -163,3 +167,14 @@ def core(system: System, integrator: str = "velocity_verlet", **options: Any) ->
     if unknown:
         raise TypeError(f"unknown core arguments {sorted(unknown)}")
     return Core(**{**core_arguments(system, integrator), **options})
+
+
+def restated(sim: Any, **changes: Any) -> None:
+    """Sets entries of a core's internal state: `step`, or `ids` in row order."""
+    state = sim.state()
+    if "step" in changes:
+        state["step"] = changes["step"]
+    if "ids" in changes:
+        rows = np.frombuffer(state["row"], dtype=np.uint32)
+        state["id"] = np.asarray(changes["ids"], dtype=np.uint64)[rows].tobytes()
+    sim.set_state(state)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sdpd
-from sdpd import equations_of_state, eos
+from sdpd import eos, equations_of_state
 
 RHO = np.array([900.0, 1000.0, 1100.0])
 HERE = {"reference_density": 1000.0, "sound_speed": 2.0}

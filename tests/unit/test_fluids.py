@@ -124,8 +124,11 @@ def test_in_plane_scales_what_is_per_volume():
         (
             lambda: fluids.water(500.0, properties="measured"),
             ValueError,
-            "`temperature` must be between 273.15 and 368.15 K, the range of the measured properties "
-            "of liquid water, got 500; build an sdpd.Fluid for other states",
+            (
+                "`temperature` must be between 273.15 and 368.15 K, the range of the measured "
+                "properties "
+                "of liquid water, got 500; build an sdpd.Fluid for other states"
+            ),
         ),
         (
             lambda: fluids.argon(pressure=-1.0),
@@ -135,8 +138,10 @@ def test_in_plane_scales_what_is_per_volume():
         (
             lambda: make(equation_of_state=sdpd.eos.Linear(background_pressure=1.0)).in_plane(1.0),
             ValueError,
-            "`equation_of_state` must have no constants of its own for in_plane, got "
-            "Linear(reference_density=None, sound_speed=None, background_pressure=1.0)",
+            (
+                "`equation_of_state` must have no constants of its own for in_plane, got "
+                "Linear(reference_density=None, sound_speed=None, background_pressure=1.0)"
+            ),
         ),
     ],
 )

@@ -27,7 +27,7 @@ class Trajectory:
     @classmethod
     def start(cls, system: System, step: int = 0) -> Trajectory:
         """Verlet's start: the total force at `step`, its noise keyed by that step."""
-        return cls(system, system.forces(step).total, step)
+        return cls(system, system.forces(step).total + system.external_forces(), step)
 
 
 def velocity_verlet_step(state: Trajectory, iterations: int) -> Trajectory:
@@ -37,7 +37,8 @@ def velocity_verlet_step(state: Trajectory, iterations: int) -> Trajectory:
     step = state.step + 1
     new = old.at(positions=old.positions + old.dt * velocities, velocities=velocities)
     parts = new.forces(step)
-    fixed, force = parts.conservative + parts.random, parts.total
+    fixed = parts.conservative + parts.random + new.external_forces()
+    force = fixed + parts.dissipative
     final = velocities + half * force
     for sweep in range(iterations):
         force = fixed + new.gather(new.pairs, new.at(velocities=final).pair_dissipative(new.pairs))
@@ -76,7 +77,9 @@ def exchange_sweep(system: System, order: Indices, step: int, draw: int, time: f
 
 def conservative_force(system: System) -> Array:
     """Force without friction and noise, body force included."""
-    return system.at(friction="none", noise="none").forces().total
+    return system.gather(system.pairs, system.pair_conservative(system.pairs)) + (
+        system.external_forces()
+    )
 
 
 def pair_splitting_drift(system: System) -> System:

@@ -10,54 +10,19 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 Array = NDArray[np.float64]
 
 KINDS = ("artificial_compressibility", "linear", "tait", "ideal_gas", "polynomial", "table")
 
 
-def _fritsch_carlson_slopes(x: Array, y: Array) -> Array:
-    """Node slopes of Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238, circle of radius 3.
-
-    Start: mean of the neighbouring secants (the secant itself at an end), zero where they differ
-    in sign; then (alpha, beta) is drawn back to the circle of radius 3.
-    """
-    secant = np.diff(y) / np.diff(x)
-    slope = np.concatenate([secant[:1], 0.5 * (secant[1:] + secant[:-1]), secant[-1:]])
-    slope[1:-1][secant[1:] * secant[:-1] <= 0.0] = 0.0
-    for k, delta in enumerate(secant):
-        if delta == 0.0:
-            slope[k] = slope[k + 1] = 0.0
-            continue
-        alpha, beta = slope[k] / delta, slope[k + 1] / delta
-        square = alpha * alpha + beta * beta
-        if square > 9.0:
-            shrink = 3.0 / np.sqrt(square)
-            slope[k], slope[k + 1] = shrink * alpha * delta, shrink * beta * delta
-    return slope
-
-
-def _table(x: Array, y: Array, rho: Array, derivative: bool) -> Array:
-    slope = _fritsch_carlson_slopes(x, y)
-    k = np.clip(np.searchsorted(x, rho, side="right") - 1, 0, len(x) - 2)
-    width = x[k + 1] - x[k]
-    t = (rho - x[k]) / width
-    if derivative:
-        inside = (
-            6.0 * t * (t - 1.0) * (y[k] - y[k + 1]) / width
-            + (1.0 - t) * (1.0 - 3.0 * t) * slope[k]
-            + t * (3.0 * t - 2.0) * slope[k + 1]
-        )
-        return np.where(rho < x[0], slope[0], np.where(rho > x[-1], slope[-1], inside))
-    inside = (
-        (1.0 + 2.0 * t) * (1.0 - t) ** 2 * y[k]
-        + t * (1.0 - t) ** 2 * width * slope[k]
-        + t * t * (3.0 - 2.0 * t) * y[k + 1]
-        + t * t * (t - 1.0) * width * slope[k + 1]
-    )
-    below = y[0] + slope[0] * (rho - x[0])
-    above = y[-1] + slope[-1] * (rho - x[-1])
-    return np.where(rho < x[0], below, np.where(rho > x[-1], above, inside))
+def _table(nodes: Array, values: Array, rho: Array, order: int = 0) -> Array:
+    """Monotone piecewise cubic (SciPy's, Fritsch and Butland 1984), straight beyond the ends."""
+    cubic = PchipInterpolator(nodes, values)
+    inside = np.clip(rho, nodes[0], nodes[-1])
+    slope = cubic(inside, 1)
+    return slope if order == 1 else cubic(inside) + slope * (rho - inside)
 
 
 def pressure(kind: str, parameters: Sequence[float], density: Array) -> Array:
@@ -79,7 +44,7 @@ def pressure(kind: str, parameters: Sequence[float], density: Array) -> Array:
         return sum((a * rho**k for k, a in enumerate(parameters)), np.zeros_like(rho))
     if kind == "table":
         nodes, values = np.split(np.asarray(parameters, dtype=float), 2)
-        return _table(nodes, values, rho, derivative=False)
+        return _table(nodes, values, rho)
     raise ValueError(f"unknown equation of state {kind!r}")
 
 
@@ -88,7 +53,7 @@ def sound_speed_squared(kind: str, parameters: Sequence[float], density: Array) 
     rho = np.asarray(density, dtype=float)
     if kind == "table":
         nodes, values = np.split(np.asarray(parameters, dtype=float), 2)
-        return _table(nodes, values, rho, derivative=True)
+        return _table(nodes, values, rho, order=1)
     step = 1e-3 * rho
     near = pressure(kind, parameters, rho + step) - pressure(kind, parameters, rho - step)
     far = pressure(kind, parameters, rho + 2 * step) - pressure(kind, parameters, rho - 2 * step)

@@ -63,6 +63,7 @@ class System:
     dt: float
     seed: int
     body_force: Array | None = None
+    body_wave: tuple[int, int] | None = None
     ids: NDArray[np.uint64] | None = None
 
     def at(self, **changes: Any) -> System:
@@ -178,16 +179,24 @@ class System:
         return total
 
     def forces(self, step: int = 0) -> Forces:
-        """The three parts; a body force [force per mass] counts as conservative."""
+        """The three parts of the pair forces."""
         p = self.pairs
-        conservative = self.gather(p, self.pair_conservative(p))
-        if self.body_force is not None:
-            conservative = conservative + self.mass * np.asarray(self.body_force)
         return Forces(
-            conservative,
+            self.gather(p, self.pair_conservative(p)),
             self.gather(p, self.pair_dissipative(p)),
             self.gather(p, self.pair_random(p, step)),
         )
+
+    def external_forces(self) -> Array:
+        """Body force: mass times an acceleration, uniform or a sine of (axis, waves)."""
+        if self.body_force is None:
+            return np.zeros_like(self.positions)
+        field = np.broadcast_to(self.mass * np.asarray(self.body_force), self.positions.shape)
+        if self.body_wave is None:
+            return field
+        axis, waves = self.body_wave
+        phase = 2.0 * np.pi * waves * self.positions[:, axis] / self.box[axis]
+        return field * np.sin(phase)[:, None]
 
     def friction_rates(self) -> Array:
         """Sum_j g_ij (a + b/D) / m per particle [1/time]; its mean is the slope of the VACF."""

@@ -1,0 +1,125 @@
+"""How a run is cut into calls of the core: planned steps, turns of observers and callbacks, Ctrl-C.
+
+The cuts depend on numbers of the run only and change no bit of the trajectory.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType, TracebackType
+from typing import Any
+
+from sdpd import validation
+from sdpd.cost import COEFFICIENTS
+
+__all__ = ["Interruptions", "Plan", "chunk_steps", "plan_steps", "steps_to_next"]
+
+# A call of the core should last about this long [s], so that Ctrl-C and the bar respond.
+CHUNK_SECONDS = 0.2
+# t/dt this close above an integer (relative) is that integer: 0.1 + 0.2 is 0.3 here.
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Steps of a run.
+
+    Attributes
+    ----------
+    steps : int
+        Their number.
+    dt : float
+        [time].
+    """
+
+    steps: int
+    dt: float
+
+
+def plan_steps(steps: Any, time: Any, dt: float) -> Plan:
+    """Steps from exactly one of a number and a time.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If both or none are given, or the one given is out of range.
+    """
+    if (steps is None) == (time is None):
+        got = "neither" if steps is None else "both"
+        raise ValueError(f"exactly one of `steps` and `time` must be given, got {got}")
+    if steps is not None:
+        return Plan(validation.integer("steps", steps, minimum=0), dt)
+    span = validation.non_negative("time", time)
+    ratio = span / dt
+    if not ratio < 2.0**63:
+        raise ValueError(f"`time` must be less than 2^63 steps of {dt:g}, got {span:g}")
+    nearest = round(ratio)
+    if nearest > 0 and abs(ratio - nearest) <= ROUNDING * ratio:
+        return Plan(nearest, dt)  # dt itself, so that the bits are those of run(steps=nearest)
+    number = math.ceil(ratio)
+    return Plan(number, span / number if number else dt)
+
+
+def chunk_steps(n_particles: int, pairs_per_particle: float, integrator: str) -> int:
+    """Steps of one call of the core."""
+    rate = COEFFICIENTS.pairs_per_second[integrator]
+    return max(1, int(CHUNK_SECONDS * rate / (n_particles * max(pairs_per_particle, 1.0))))
+
+
+def steps_to_next(step: int, every: int) -> int:
+    """Steps from `step` to the next multiple of `every`, >= 1."""
+    return every - step % every
+
+
+class Interruptions:
+    """Holds Ctrl-C back while the core or an observer works; a second one comes through at once.
+
+    Only in the main thread and only if Python's own handler is installed.
+    """
+
+    def __init__(self) -> None:
+        self._requested = False
+        self._immediate = False
+        self._installed = False
+
+    def __enter__(self) -> Interruptions:
+        main = threading.current_thread() is threading.main_thread()
+        if main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._handle)
+            self._installed = True
+        return self
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        if self._immediate or self._requested:
+            raise KeyboardInterrupt
+        self._requested = True
+
+    @contextmanager
+    def allowed(self) -> Iterator[None]:
+        """Let Ctrl-C through at once: around the user's own code."""
+        self._immediate = True
+        try:
+            yield
+        finally:
+            self._immediate = False
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if Ctrl-C came since."""
+        if self._requested:
+            raise KeyboardInterrupt
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._installed:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        if error is None:
+            self.check()
