@@ -2,6 +2,10 @@
 
 use crate::domain::PeriodicBox;
 
+/// An acceleration field in the user's units: amplitude by component, and (axis, whole waves) if it
+/// varies as a sine along an axis.
+pub type AccelerationField = (Vec<f64>, Option<(usize, u32)>);
+
 /// An acceleration field, in reduced units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BodyForce {

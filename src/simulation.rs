@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use rayon::prelude::*;
 
 use crate::domain::PeriodicBox;
-use crate::effect::BodyForce;
+use crate::effect::{AccelerationField, BodyForce};
 use crate::eos::{self, EquationOfState};
 use crate::error::{Error, Result};
 use crate::integrator::{ForceParts, Integrator};
@@ -44,7 +44,7 @@ pub struct Settings {
     /// Re-evaluations of the drag per Verlet step.
     pub iterations: u32,
     /// Acceleration field: amplitude `[acceleration]`, and (axis, waves) if it is sinusoidal.
-    pub body_force: Option<(Vec<f64>, Option<(usize, u32)>)>,
+    pub body_force: Option<AccelerationField>,
     /// Time step the scene was planned for `[time]`.
     pub dt: f64,
     /// Seed of all noise.
@@ -291,10 +291,8 @@ impl Engine {
     /// `renew` before the next run.
     pub fn place(&mut self, slot: usize, position: [f64; 3], velocity: [f64; 3]) {
         let particles = &mut self.particles;
-        for axis in 0..3 {
-            particles.position[slot][axis] = position[axis];
-            particles.velocity[slot][axis] = velocity[axis];
-        }
+        particles.position[slot][..3].copy_from_slice(&position);
+        particles.velocity[slot][..3].copy_from_slice(&velocity);
     }
 
     /// New lists, densities, pressures and forces for changed positions or velocities.

@@ -29,7 +29,10 @@ from sdpd.resolution import Resolution
 from sdpd.scene import Scene
 
 if TYPE_CHECKING:
-    from sdpd import analysis, interop, simulation
+    from sdpd import analysis, h5md, interop, simulation
+    from sdpd.checkpoint import load
+    from sdpd.h5md import Trajectory
+    from sdpd.observers import Correlator, Observer, Thermodynamics
     from sdpd.simulation import Simulation
 
 __version__: str
@@ -37,11 +40,13 @@ __version__: str
 __all__ = [
     "Box",
     "CheckpointError",
+    "Correlator",
     "Cost",
     "DiscreteFactors",
     "Effects",
     "Fluid",
     "LatticeStart",
+    "Observer",
     "PairSplitting",
     "PairingWarning",
     "RandomStart",
@@ -52,28 +57,38 @@ __all__ = [
     "Simulation",
     "SimulationError",
     "SinusoidalForce",
+    "Thermodynamics",
     "TimeStepWarning",
+    "Trajectory",
     "UniformForce",
     "VelocityVerlet",
     "analysis",
     "discretization",
     "eos",
     "fluids",
+    "h5md",
     "interop",
     "kernels",
+    "load",
     "simulation",
     "timestep",
 ]
 
 # Loaded on first use, so that `import sdpd` costs NumPy and little more. Name -> module, attribute.
 _LAZY: dict[str, tuple[str, str | None]] = {
+    "Correlator": ("sdpd.observers", "Correlator"),
+    "Observer": ("sdpd.observers", "Observer"),
     "Simulation": ("sdpd.simulation", "Simulation"),
+    "Thermodynamics": ("sdpd.observers", "Thermodynamics"),
+    "Trajectory": ("sdpd.h5md", "Trajectory"),
     "analysis": ("sdpd.analysis", None),
     "checkpoint": ("sdpd.checkpoint", None),
     "cli": ("sdpd.cli", None),
     "diffusion": ("sdpd.diffusion", None),
     "h5md": ("sdpd.h5md", None),
     "interop": ("sdpd.interop", None),
+    "load": ("sdpd.checkpoint", "load"),
+    "observers": ("sdpd.observers", None),
     "simulation": ("sdpd.simulation", None),
 }
 

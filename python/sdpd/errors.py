@@ -15,7 +15,23 @@ class SimulationError(RuntimeError):
     """A run that blew up: NaN, a runaway particle. Names step, particle and the likely cause.
 
     The last good state of the simulation stays readable.
+
+    Attributes
+    ----------
+    step : int or None
+        Step in which it was seen.
+    particle : int or None
+        Id of the particle.
+    time : float or None
+        Simulated time of that step [time].
+    dt : float or None
+        Time step of the run [time].
     """
+
+    step: int | None = None
+    particle: int | None = None
+    time: float | None = None
+    dt: float | None = None
 
 
 class CheckpointError(ValueError):

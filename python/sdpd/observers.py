@@ -22,9 +22,10 @@ Array = NDArray[np.float64]
 
 
 class Observer:
-    """Base of the observers; derive from it to sample in Python.
+    """Base of the observers; derive from it and override `sample` to sample in Python.
 
-    An observer belongs to the first simulation it is used with and goes on over several runs.
+    An observer belongs to the first simulation it is used with and goes on over several runs. Its
+    arrays are live: copy what is to be kept.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ class Observer:
             self.every = validation.integer("every", every, minimum=1)
         self._owner: weakref.ref[Simulation] | None = None
 
-    def check(self, sim: Simulation, dt: float) -> None:
+    def check(self, sim: Simulation, every: int, dt: float) -> None:
         """Refuse a run this observer cannot follow; changes nothing.
 
         Raises
@@ -68,8 +69,8 @@ class Observer:
         """Become an observer of that simulation."""
         self._owner = weakref.ref(sim)
 
-    def begin(self, sim: Simulation) -> None:
-        """Called when a run begins."""
+    def begin(self, sim: Simulation, every: int) -> None:
+        """Called when a run begins that takes a sample every so many steps."""
 
     def sample(self, sim: Simulation) -> None:
         """Called after each step whose number is a multiple of `every`."""
@@ -294,27 +295,21 @@ class Correlator(LoopObserver):
         self._dimension = 1
         self._marked: Array | None = None
 
-    def check(self, sim: Simulation, dt: float) -> None:
-        """Refuse another simulation, and another dt than that of the samples at hand."""
-        super().check(sim, dt)
-        if self._tables() and dt != self._dt:
-            raise ValueError(
-                f"`dt` must be that of the samples a Correlator holds, {self._dt:.10g}, "
-                f"got {dt:.10g}; use a new Correlator"
-            )
+    def check(self, sim: Simulation, every: int, dt: float) -> None:
+        """Refuse another simulation, and other lags than those of the samples at hand."""
+        super().check(sim, every, dt)
+        if not self._tables():
+            return
+        for name, mine, its in (("dt", dt, self._dt), ("every", every, self._every)):
+            if mine != its:
+                raise ValueError(
+                    f"`{name}` must be that of the samples a Correlator holds, {its:.10g}, got "
+                    f"{mine:.10g}; use a new Correlator"
+                )
 
     def _attach(self, sim: Simulation, every: int) -> Any:
         self._dimension = sim.scene.dimension
         return sim._core.attach_correlator(every, self.points, self.levels)
-
-    def attach(self, sim: Simulation, every: int, dt: float) -> None:
-        """Begin a segment."""
-        if self._segments and every != self._every:
-            raise ValueError(
-                f"`every` must be that of the samples a Correlator holds, {self._every}, "
-                f"got {every}; use a new Correlator"
-            )
-        super().attach(sim, every, dt)
 
     def mark(self) -> None:
         """Remember the sums: a failing run comes back to them."""

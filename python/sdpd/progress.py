@@ -1,4 +1,4 @@
-"""Progress bars of long work: shown on a terminal or in a notebook once it takes over two seconds."""
+"""Progress bars: on a terminal or in a notebook, once the work takes more than two seconds."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import sys
 import time
 import warnings
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 __all__ = ["RunProgress", "wanted"]
 
@@ -50,7 +53,7 @@ class RunProgress:
             bar(total=steps, progress=progress, unit="step", unit_scale=True) if shown else None
         )
 
-    def __enter__(self) -> RunProgress:
+    def __enter__(self) -> Self:
         return self
 
     def update(self, steps: int, simulated_time: float) -> None:

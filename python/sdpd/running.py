@@ -12,10 +12,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType, TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sdpd import validation
 from sdpd.cost import COEFFICIENTS
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 __all__ = ["Interruptions", "Plan", "chunk_steps", "plan_steps", "steps_to_next"]
 
@@ -87,7 +90,7 @@ class Interruptions:
         self._immediate = False
         self._installed = False
 
-    def __enter__(self) -> Interruptions:
+    def __enter__(self) -> Self:
         main = threading.current_thread() is threading.main_thread()
         if main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             signal.signal(signal.SIGINT, self._handle)

@@ -6,18 +6,44 @@ use super::EquationOfState;
 use crate::error::{Error, Result};
 use crate::valid::{finite, positive};
 
-/// P(rho) = a + b rho + c rho^2 + d rho^3 on one interval, and what makes e(rho) continuous.
+/// Nodes and weights of Gauss-Legendre quadrature on [-1, 1], positive half of eight points.
+const GAUSS: [[f64; 2]; 4] = [
+    [0.183_434_642_495_649_8, 0.362_683_783_378_362],
+    [0.525_532_409_916_329, 0.313_706_645_877_887_3],
+    [0.796_666_477_413_626_7, 0.222_381_034_453_374_5],
+    [0.960_289_856_497_536_3, 0.101_228_536_290_376_26],
+];
+
+/// P = p + x (s + x (c + x d)) with x = rho - anchor, for densities from `start` on. Powers of x,
+/// not of rho: a fine table far from zero would lose its digits.
 #[derive(Debug, Clone)]
 struct Piece {
     start: f64,
-    polynomial: [f64; 4],
-    offset: f64,
+    anchor: f64,
+    cubic: [f64; 4],
+    potential_at_anchor: f64,
 }
 
 impl Piece {
-    fn potential(&self, rho: f64) -> f64 {
-        let [a, b, c, d] = self.polynomial;
-        -a / rho + b * rho.ln() + c * rho + 0.5 * d * rho * rho
+    fn pressure(&self, rho: f64) -> f64 {
+        let [p, s, c, d] = self.cubic;
+        let x = rho - self.anchor;
+        p + x * (s + x * (c + x * d))
+    }
+
+    /// int P/rho^2 d rho from the anchor.
+    fn rise(&self, rho: f64) -> f64 {
+        let [p, s, c, d] = self.cubic;
+        let r = self.anchor;
+        if c == 0.0 && d == 0.0 {
+            return (p - s * r) * (1.0 / r - 1.0 / rho) + s * (rho / r).ln();
+        }
+        let (middle, half) = (0.5 * (rho + r), 0.5 * (rho - r));
+        let value = |at: f64| self.pressure(at) / (at * at);
+        let sum = |[node, weight]: [f64; 2]| {
+            weight * (value(middle - half * node) + value(middle + half * node))
+        };
+        half * GAUSS.map(sum).iter().sum::<f64>()
     }
 }
 
@@ -54,24 +80,25 @@ impl Table {
             }
         }
         let slopes = monotone_slopes(rho, p);
-        let mut pieces = vec![linear_piece(0.0, rho[0], p[0], slopes[0])];
+        let piece = |start: f64, k: usize, curvature: [f64; 2]| Piece {
+            start,
+            anchor: rho[k],
+            cubic: [p[k], slopes[k], curvature[0], curvature[1]],
+            potential_at_anchor: 0.0,
+        };
+        let mut pieces = vec![piece(0.0, 0, [0.0; 2])];
         for k in 0..n - 1 {
-            pieces.push(cubic_piece(
-                [rho[k], rho[k + 1]],
-                [p[k], p[k + 1]],
-                [slopes[k], slopes[k + 1]],
-            ));
+            let width = rho[k + 1] - rho[k];
+            let secant = (p[k + 1] - p[k]) / width;
+            let c = (3.0 * secant - 2.0 * slopes[k] - slopes[k + 1]) / width;
+            let d = (slopes[k] + slopes[k + 1] - 2.0 * secant) / (width * width);
+            pieces.push(piece(rho[k], k, [c, d]));
         }
-        pieces.push(linear_piece(
-            rho[n - 1],
-            rho[n - 1],
-            p[n - 1],
-            slopes[n - 1],
-        ));
+        pieces.push(piece(rho[n - 1], n - 1, [0.0; 2]));
         for k in 1..pieces.len() {
-            let at = pieces[k].start;
-            pieces[k].offset =
-                pieces[k - 1].offset + pieces[k - 1].potential(at) - pieces[k].potential(at);
+            let before = &pieces[k - 1];
+            pieces[k].potential_at_anchor =
+                before.potential_at_anchor + before.rise(pieces[k].anchor);
         }
         Ok(Self { pieces })
     }
@@ -118,44 +145,17 @@ fn end_slope(width: [f64; 2], secant: [f64; 2]) -> f64 {
     }
 }
 
-fn linear_piece(start: f64, rho: f64, p: f64, slope: f64) -> Piece {
-    Piece {
-        start,
-        polynomial: [p - slope * rho, slope, 0.0, 0.0],
-        offset: 0.0,
-    }
-}
-
-fn cubic_piece(rho: [f64; 2], p: [f64; 2], slope: [f64; 2]) -> Piece {
-    let width = rho[1] - rho[0];
-    let secant = (p[1] - p[0]) / width;
-    let c = (3.0 * secant - 2.0 * slope[0] - slope[1]) / width;
-    let d = (slope[0] + slope[1] - 2.0 * secant) / (width * width);
-    // From powers of (rho - rho_k) to powers of rho.
-    let r = rho[0];
-    Piece {
-        start: r,
-        polynomial: [
-            p[0] - slope[0] * r + c * r * r - d * r * r * r,
-            slope[0] - 2.0 * c * r + 3.0 * d * r * r,
-            c - 3.0 * d * r,
-            d,
-        ],
-        offset: 0.0,
-    }
-}
-
 impl EquationOfState for Table {
     fn pressure(&self, rho: f64) -> f64 {
-        let [a, b, c, d] = self.piece(rho).polynomial;
-        a + rho * (b + rho * (c + rho * d))
+        self.piece(rho).pressure(rho)
     }
     fn sound_speed_squared(&self, rho: f64) -> f64 {
-        let [_, b, c, d] = self.piece(rho).polynomial;
-        b + rho * (2.0 * c + 3.0 * rho * d)
+        let piece = self.piece(rho);
+        let ([_, s, c, d], x) = (piece.cubic, rho - piece.anchor);
+        s + x * (2.0 * c + 3.0 * x * d)
     }
     fn specific_potential(&self, rho: f64) -> f64 {
         let piece = self.piece(rho);
-        piece.potential(rho) + piece.offset
+        piece.potential_at_anchor + piece.rise(rho)
     }
 }

@@ -12,6 +12,9 @@ use crate::state::Particles;
 /// Slots within a region are 16-bit numbers.
 pub const REGION_MAX: usize = 1 << 16;
 const BUCKETS: usize = 1024;
+/// A pair sweep goes through all colours this many times, each time with another share of the pairs.
+/// Colour by colour alone is nearly a natural order: it delivers too little viscosity.
+pub const ROUNDS: usize = 8;
 
 /// The pairs of one base block.
 #[derive(Debug, Default, Clone)]
@@ -22,6 +25,8 @@ pub struct BlockList {
     pub neighbours: Vec<u32>,
     /// The same pairs in shuffled order, as positions in `region`; only if asked for.
     pub shuffled: Vec<[u16; 2]>,
+    /// Where each round begins in `shuffled`, and where the last one ends.
+    pub rounds: [u32; ROUNDS + 1],
     /// Slots of the blocks around the base block, in the order of `shuffled`'s numbers.
     pub region_slots: Vec<u32>,
     region: Vec<[u32; 2]>,
@@ -228,6 +233,7 @@ impl BlockList {
     /// Brings the pairs into an order that depends on ids only, block by block: counting sort by a
     /// hash of the two ids. A pair update passes momentum along at once, so in a natural order it
     /// runs ahead along the rows and the fluid comes out too thin at large steps; shuffled, less so.
+    /// The hash also deals the pairs out to the rounds of a sweep.
     fn shuffle(&mut self, particles: &Particles) {
         if self.region_size() > REGION_MAX {
             return;
@@ -256,6 +262,9 @@ impl BlockList {
         }
         for k in 1..=BUCKETS {
             self.counts[k] += self.counts[k - 1];
+        }
+        for (round, start) in self.rounds.iter_mut().enumerate() {
+            *start = self.counts[round * BUCKETS / ROUNDS];
         }
         let region = &self.region;
         let place = |slot: u32| {

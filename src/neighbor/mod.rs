@@ -6,5 +6,5 @@ mod list;
 mod skin;
 
 pub use grid::Grid;
-pub use list::{BlockList, PairList};
+pub use list::{BlockList, PairList, ROUNDS};
 pub use skin::{SkinModel, automatic_skin};

@@ -78,7 +78,7 @@ impl Observer for Correlator {
         let (points, dimension) = (self.points, self.dimension);
         let mut now = vec![[0.0; 6]; 0];
         for (index, level) in self.levels.iter_mut().enumerate() {
-            if self.samples % (1 << index) != 0 {
+            if !self.samples.is_multiple_of(1 << index) {
                 break;
             }
             if now.is_empty() {

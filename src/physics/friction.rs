@@ -287,7 +287,8 @@ mod tests {
                 }
             }
             let balance = decay * decay.transpose() * s2 + noise * noise.transpose();
-            assert!((balance - Matrix3::identity() * s2).abs().max() < 1e-13);
+            let excess: Matrix3<f64> = balance - Matrix3::identity() * s2;
+            assert!(excess.abs().max() < 1e-13);
             if t < 1e-6 {
                 let gamma = friction.matrix::<3>(0.7, r.map(|x| x * inverse_r2.sqrt()));
                 let rate = (Matrix3::identity() - decay) / (2.0 * t);

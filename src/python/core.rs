@@ -11,6 +11,8 @@ use pyo3::types::{PyBytes, PyDict};
 use super::arrays::Column;
 use super::errors::to_python;
 use super::observers::{CorrelatorHandle, ThermodynamicsHandle};
+use crate::effect::AccelerationField;
+use crate::neighbor::ROUNDS;
 use crate::observe::{Correlator, Thermodynamics};
 use crate::registry::Combination;
 use crate::simulation::{Clock, Engine, Settings};
@@ -194,7 +196,7 @@ impl Core {
         noise: String,
         integrator: String,
         iterations: u32,
-        body_force: Option<(Vec<f64>, Option<(usize, u32)>)>,
+        body_force: Option<AccelerationField>,
         dt: f64,
         seed: u64,
         skin: Option<f64>,
@@ -374,10 +376,18 @@ impl Core {
     fn pair_order<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         let engine = self.lock()?;
         let row = |slot: u32| engine.particles.row[slot as usize];
+        let blocks = &engine.list.blocks;
+        let order = || {
+            engine
+                .grid
+                .colours
+                .iter()
+                .flatten()
+                .map(|&b| &blocks[b as usize])
+        };
         let mut pairs = Vec::new();
-        for &base in engine.grid.colours.iter().flatten() {
-            let block = &engine.list.blocks[base as usize];
-            if block.shuffled.is_empty() {
+        if blocks.iter().all(|block| block.shuffled.is_empty()) {
+            for block in order() {
                 let mut begin = 0;
                 for &[head, end] in &block.rows {
                     for &other in &block.neighbours[begin..end as usize] {
@@ -385,9 +395,14 @@ impl Core {
                     }
                     begin = end as usize;
                 }
-            } else {
-                for pair in &block.shuffled {
-                    pairs.extend(pair.map(|place| row(block.region_slots[place as usize])));
+            }
+        } else {
+            for round in 0..ROUNDS {
+                for block in order() {
+                    let [start, end] = [block.rounds[round], block.rounds[round + 1]];
+                    for pair in &block.shuffled[start as usize..end as usize] {
+                        pairs.extend(pair.map(|place| row(block.region_slots[place as usize])));
+                    }
                 }
             }
         }
@@ -516,7 +531,11 @@ impl Core {
             base_step: item(state, "base_step")?.extract()?,
             dt: item(state, "dt")?.extract()?,
         };
-        if clock.base_step > step || !(clock.dt > 0.0) || !clock.base_time.is_finite() {
+        if clock.base_step > step
+            || clock.dt.is_nan()
+            || clock.dt <= 0.0
+            || !clock.base_time.is_finite()
+        {
             return Err(PyValueError::new_err(format!(
                 "`base_step` must be at most `step`, and `dt` > 0, got {clock:?} at step {step}"
             )));

@@ -52,7 +52,7 @@ fn kernel_profile<'py>(
 ) -> PyResult<Pair1<'py>> {
     check_dimension(dimension)?;
     let view = q.as_array();
-    if let Some(bad) = view.iter().find(|q| !(**q >= 0.0)) {
+    if let Some(bad) = view.iter().find(|q| q.is_nan() || **q < 0.0) {
         return Err(invalid(format!("`q` must be >= 0, got {bad}")));
     }
     let q = view.to_vec();

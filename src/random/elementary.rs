@@ -15,7 +15,7 @@ pub fn from_integer(word: u64) -> f64 {
 /// Natural logarithm of a normal number in (0, 1], to about 1 ulp.
 #[inline(always)]
 pub fn ln_unit(x: f64) -> f64 {
-    const LN2_HI: f64 = 6.931_471_803_691_238_2e-1;
+    const LN2_HI: f64 = 6.931_471_803_691_238e-1;
     const LN2_LO: f64 = 1.908_214_929_270_587_7e-10;
     const L: [f64; 7] = [
         6.666_666_666_666_735e-1,
@@ -81,7 +81,7 @@ pub fn cos_sin_turn(t: f64) -> (f64, f64) {
 #[inline(always)]
 pub fn expm1_negative(x: f64) -> f64 {
     const LOG2_E: f64 = std::f64::consts::LOG2_E;
-    const LN2_HI: f64 = 6.931_471_803_691_238_2e-1;
+    const LN2_HI: f64 = 6.931_471_803_691_238e-1;
     const LN2_LO: f64 = 1.908_214_929_270_587_7e-10;
     // Below exp(-40) the result is -1 to rounding.
     let y = -(if x < 40.0 { x } else { 40.0 });

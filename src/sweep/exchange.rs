@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 use super::{CHUNK, Shared, Task, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{BlockList, Grid, PairList};
+use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
 use crate::physics::{Exchange, FrictionForm};
 use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
 use crate::state::Particles;
@@ -44,6 +44,7 @@ struct ExchangeTask<'a, K, F, V, const D: usize> {
     exchange: Exchange,
     key: SweepKey,
     direction: Direction,
+    round: usize,
     form: PhantomData<(K, F, V)>,
 }
 
@@ -201,7 +202,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Task for ExchangeTa
             along: [0.0; CHUNK],
             noise: zero,
         };
-        let pairs = &self.block.shuffled[..];
+        let rounds = &self.block.rounds;
+        let pairs =
+            &self.block.shuffled[rounds[self.round] as usize..rounds[self.round + 1] as usize];
         match self.direction {
             Direction::Forward => {
                 let mut rest = pairs;
@@ -223,7 +226,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Task for ExchangeTa
     }
 }
 
-/// One sweep over all pairs.
+/// One sweep over all pairs: round by round, colour by colour, block by block.
 #[allow(clippy::too_many_arguments)]
 pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles: &mut Particles,
@@ -237,17 +240,21 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     let velocity = Shared::new(&mut particles.velocity);
     let (position, id) = (&particles.position, &particles.id);
     let backward = direction == Direction::Backward;
-    for_each_block(grid, list, backward, |block| {
-        run_wide(ExchangeTask::<K, F, V, D> {
-            block,
-            cell,
-            position,
-            velocity,
-            id,
-            exchange,
-            key,
-            direction,
-            form: PhantomData,
+    for k in 0..ROUNDS {
+        let round = if backward { ROUNDS - 1 - k } else { k };
+        for_each_block(grid, list, backward, |block| {
+            run_wide(ExchangeTask::<K, F, V, D> {
+                block,
+                cell,
+                position,
+                velocity,
+                id,
+                exchange,
+                key,
+                direction,
+                round,
+                form: PhantomData,
+            });
         });
-    });
+    }
 }

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import pickle
+import threading
+import time
 from typing import Any
 
 import numpy as np
@@ -150,11 +152,13 @@ def test_other_seeds_give_other_noise(integrator: str) -> None:
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_two_skins_agree_for_verlet(dimension: int) -> None:
     system = fluid(dimension)
-    ends = []
+    ends, builds = [], []
     for skin in (0.03, 0.25, None):
         sim = core(system, skin=skin)
         sim.run(20, system.dt)
         ends.append(snapshot(sim))
+        builds.append(sim.statistics()["list_builds"])
+    assert builds[0] > builds[1] + 3
     for end in ends[1:]:
         assert np.abs(end["positions"] - ends[0]["positions"]).max() < 1e-10
         assert np.abs(end["velocities"] - ends[0]["velocities"]).max() < 1e-10
@@ -164,11 +168,13 @@ def test_two_skins_agree_for_verlet(dimension: int) -> None:
 def test_two_skins_agree_for_the_splitting(dimension: int) -> None:
     """The sweep's order must be a function of the particles, not of the skin."""
     system = fluid(dimension)
-    ends = []
+    ends, builds = [], []
     for skin in (0.03, 0.25, None):
         sim = core(system, "pair_splitting", skin=skin)
         sim.run(20, system.dt)
         ends.append(snapshot(sim))
+        builds.append(sim.statistics()["list_builds"])
+    assert builds[0] > builds[1] + 3
     for end in ends[1:]:
         assert np.abs(end["positions"] - ends[0]["positions"]).max() < 1e-10
         assert np.abs(end["velocities"] - ends[0]["velocities"]).max() < 1e-10
@@ -336,6 +342,27 @@ def test_writing_a_position_keeps_the_image(integrator: str) -> None:
         after = sim.positions + sim.images * system.box
         assert np.abs(after - before - 1e-4).max() < 1e-12
     assert np.abs(sim.images).max() > 0
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_run_holds_neither_the_gil_nor_the_caller(integrator: str) -> None:
+    """While one thread runs, others work; using the same core from them is a RuntimeError."""
+    system = fluid(3)
+    sim = core(system, integrator)
+    thread = threading.Thread(target=sim.run, args=(250, system.dt))
+    refused = 0
+    thread.start()
+    while thread.is_alive():
+        try:
+            sim.refresh()
+        except RuntimeError:
+            refused += 1
+        time.sleep(0.002)
+    thread.join()
+    assert refused > 2
+    plain = core(system, integrator)
+    plain.run(250, system.dt)
+    assert_same_bits(snapshot(plain), snapshot(sim))
 
 
 # --- failure ---------------------------------------------------------------------------------

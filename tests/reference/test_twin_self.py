@@ -309,12 +309,12 @@ def test_stress_is_the_volume_derivative_of_the_energy() -> None:
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_verlet_energy_error_falls_as_dt_squared(dimension: int) -> None:
-    base = problem(dimension, friction="none", cells=(6,) * dimension, jitter=0.2)
+    base = problem(dimension, friction="none", cells=(5, 6, 5)[:dimension], jitter=0.2)
     errors, steps = [], (0.008, 0.004, 0.002)
     for dt in steps:
         state = Trajectory.start(base.at(dt=dt))
         energies = []
-        for _ in range(round(0.16 / dt)):
+        for _ in range(round(0.12 / dt)):
             state = velocity_verlet_step(state, iterations=1)
             energies.append(state.system.kinetic_energy() + state.system.potential_energy(1.0))
         errors.append(np.std(energies))

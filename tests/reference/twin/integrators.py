@@ -65,14 +65,25 @@ def exchange_sweep(system: System, order: Indices, step: int, draw: int, time: f
         else:
             part = np.sum(p.unit * xi, axis=1, keepdims=True) * p.unit
             kick = sigma_along[:, None] * part + sigma_across[:, None] * (xi - part)
-    velocities = system.velocities.copy()
-    for n, (i, j) in enumerate(order):
-        u = velocities[i] - velocities[j]
-        part = np.dot(p.unit[n], u) * p.unit[n]
-        change = (along[n] - 1.0) * part + (across[n] - 1.0) * (u - part) + kick[n]
-        velocities[i] += 0.5 * change
-        velocities[j] -= 0.5 * change
-    return system.at(velocities=velocities)
+    velocities = system.velocities.tolist()  # plain floats: faster one pair at a time
+    rows = zip(
+        order.tolist(),
+        p.unit.tolist(),
+        (along - 1.0).tolist(),
+        (across - 1.0).tolist(),
+        kick.tolist(),
+        strict=True,
+    )
+    for (i, j), e, fall_along, fall_across, push in rows:
+        vi, vj = velocities[i], velocities[j]
+        u = [x - y for x, y in zip(vi, vj, strict=True)]
+        projection = sum(x * y for x, y in zip(e, u, strict=True))
+        for axis, direction in enumerate(e):
+            part = projection * direction
+            change = fall_along * part + fall_across * (u[axis] - part) + push[axis]
+            vi[axis] += 0.5 * change
+            vj[axis] -= 0.5 * change
+    return system.at(velocities=np.array(velocities))
 
 
 def conservative_force(system: System) -> Array:

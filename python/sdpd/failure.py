@@ -1,0 +1,63 @@
+"""What to tell of a run that blew up: the likely cause and where the last good state is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sdpd import timestep
+from sdpd.errors import SimulationError
+
+if TYPE_CHECKING:
+    from sdpd.simulation import Simulation
+
+__all__ = ["describe", "likely_cause"]
+
+# A density or a speed this far off in the last good state is worth a word.
+CROWDED = 2.0
+FAST = 8.0
+
+
+def likely_cause(sim: Simulation, dt: float) -> str:
+    """From the bounds on the time step, then from the last good state."""
+    exceeded = timestep.check_time_step(sim.scene, dt, sim.integrator)
+    stability = [bound for bound in exceeded if bound.kind == "stability"]
+    if exceeded:
+        return timestep.warning_text(dt, stability or exceeded)
+    nearest = next(b for b in sim.bounds if b.kind == "stability")
+    within = f"dt = {dt:.4g} is within every bound ({nearest.name} is {nearest.value:.4g})"
+    scene = sim.scene
+    crowding = float(sim.densities.max()) / scene.fluid.density
+    if crowding > CROWDED:
+        return (
+            f"overlapping particles: the density reaches {crowding:.3g} times that of the fluid, "
+            f"so that particles are pushed apart violently; {within}, but begin with a smaller one "
+            "or with a relaxed start"
+        )
+    speed = float(np.sqrt((sim.velocities**2).sum(axis=1).max()))
+    typical = max(scene.thermal_speed if scene.starts_thermal else 0.0, scene.sound.speed / 10.0)
+    if speed > FAST * typical:
+        return (
+            f"a particle at speed {speed:.4g}, {speed / typical:.3g} times what the time step was "
+            f"chosen for; {within}, but choose a smaller one or give the scene its velocity_scale"
+        )
+    if float(sim.pressures.min()) < 0.0:
+        return (
+            "negative pressure, which pulls particles together (see the equation of state and its "
+            f"background pressure); {within}"
+        )
+    return f"unknown: {within}; try a smaller one"
+
+
+def describe(sim: Simulation, error: SimulationError, dt: float) -> SimulationError:
+    """The core's error with cause, the last good state, and the attributes of the class."""
+    good_step, good_time = sim.step, sim.time
+    described = SimulationError(
+        f"{error}; likely cause: {likely_cause(sim, dt)}. The arrays show the last good state, "
+        f"step {good_step}, time {good_time:.6g}"
+    )
+    described.step, described.particle, described.dt = error.step, error.particle, dt
+    steps = 0 if error.step is None else max(0, error.step - good_step)
+    described.time = good_time + steps * dt
+    return described

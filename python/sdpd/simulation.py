@@ -1,0 +1,657 @@
+"""The simulation: particles of a scene, stepped by the compiled core and seen through NumPy."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdpd import failure, initial, integrators, running, timestep, validation
+from sdpd.errors import SimulationError, TimeStepWarning
+from sdpd.observers import LoopObserver, Observer
+from sdpd.progress import RunProgress
+from sdpd.scene import Scene
+from sdpd.timestep import TimeStepBound
+from sdpd.units import quantity, table
+
+if TYPE_CHECKING:
+    from ase import Atoms
+    from MDAnalysis import Universe
+
+    from sdpd._core import Core
+    from sdpd.integrators import Integrator
+
+__all__ = ["Simulation"]
+
+Array = NDArray[np.float64]
+
+# Fewer particles than this are not worth a thread of their own.
+PARTICLES_PER_THREAD = 500
+
+
+def _available_threads() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class Simulation:
+    """The particles of a scene and what moves them.
+
+    Parameters
+    ----------
+    scene : Scene
+    integrator : PairSplitting, VelocityVerlet or their names, optional
+        The exact pair splitting where fluctuations act, else velocity Verlet.
+    dt : float or "auto"
+        Time step [time]; "auto" takes the smallest of `Simulation.bounds`.
+    seed : int
+        Key of all randomness, ``0 <= seed < 2**64``.
+    threads : int, optional
+        Threads of this simulation; the processors at hand if None, but one per 500 particles at
+        most. Changes no bit of the result.
+    skin : float, optional
+        Of the neighbour lists [length]; estimated from the scene if None.
+    positions, velocities : array_like, shape (N, D), optional
+        Initial state [length], [length/time] instead of that of ``scene.start``. Positions are
+        wrapped into the box.
+    temperature_error, resolve_vacf
+        Asked accuracy, for the bounds on the time step; see `timestep.bounds`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the argument, what was expected and what came.
+
+    Warns
+    -----
+    TimeStepWarning
+        If `dt` is above a bound; names it and its value.
+
+    Notes
+    -----
+    State and results are NumPy views into the simulation, row i is particle i. ``positions`` and
+    ``velocities`` may be written between runs and in callbacks; `run` takes over what changed.
+    Everything else is read-only and up to date when `run` returns and before each callback, or
+    after `refresh`. Do not touch the arrays from another thread while `run` works.
+
+    Examples
+    --------
+    >>> import sdpd
+    >>> scene = sdpd.Scene(
+    ...     fluid=sdpd.fluids.water(),
+    ...     box=sdpd.Box((1e-8, 1e-8, 1e-8)),
+    ...     resolution=sdpd.Resolution(particles=512),
+    ... )
+    >>> sim = sdpd.Simulation(scene, seed=1)
+    >>> sim.dt_bound
+    'friction'
+    >>> sim.run(steps=10)
+    >>> sim.step, sim.velocities.shape
+    (10, (512, 3))
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        integrator: Integrator | str | None = None,
+        dt: float | str = "auto",
+        seed: int = 0,
+        threads: int | None = None,
+        skin: float | None = None,
+        positions: ArrayLike | None = None,
+        velocities: ArrayLike | None = None,
+        temperature_error: float = 0.005,
+        resolve_vacf: bool = False,
+    ) -> None:
+        validation.instance("scene", scene, Scene, "an sdpd.Scene")
+        active = scene.active_effects
+        chosen = integrators.resolve(integrator, fluctuations=active.fluctuations)
+        seed = validation.integer("seed", seed, minimum=0)
+        if seed >= 2**64:
+            raise ValueError(f"`seed` must be < 2^64, got {seed}")
+        threads = _choose_threads(threads, scene.n_particles)
+        skin = validation.optional_positive("skin", skin)
+        self._accuracy: dict[str, Any] = {
+            "temperature_error": temperature_error,
+            "resolve_vacf": resolve_vacf,
+        }
+        self._bounds = tuple(timestep.bounds(scene, chosen, **self._accuracy))
+        self._dt = self._bounds[0].value if _is_auto(dt) else self._checked_dt(scene, chosen, dt)
+        if positions is None:
+            points = initial.positions(scene, seed)
+        else:
+            points = initial.check_positions(scene, positions)
+        if velocities is None:
+            speeds = initial.velocities(scene, seed)
+        else:
+            speeds = initial.check_velocities(scene, velocities)
+        noise = chosen.noise if active.fluctuations else "none"
+        settings = {
+            **scene.core_arguments(),
+            "noise": noise,
+            "integrator": chosen.name,
+            "iterations": chosen.iterations,
+            "dt": self._dt,
+            "seed": seed,
+            "skin": skin,
+        }
+        self._adopt(scene, chosen, settings, threads, _new_core(points, speeds, settings, threads))
+
+    def _adopt(
+        self,
+        scene: Scene,
+        integrator: Integrator,
+        settings: dict[str, Any],
+        threads: int,
+        core: Core,
+    ) -> None:
+        """Set everything but the time step and its bounds."""
+        self._scene, self._integrator = scene, integrator
+        self._settings, self._threads, self._core = settings, threads, core
+        self._attached: list[tuple[LoopObserver, int, float]] = []
+        self._running = False
+
+    def _checked_dt(self, scene: Scene, integrator: Integrator, dt: Any) -> float:
+        value = validation.positive("dt", dt)
+        exceeded = timestep.check_time_step(scene, value, integrator, **self._accuracy)
+        if exceeded:
+            text = timestep.warning_text(value, exceeded)
+            warnings.warn(text, TimeStepWarning, stacklevel=3)
+        return value
+
+    # --- what it is --------------------------------------------------------------------------
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self._scene
+
+    @property
+    def integrator(self) -> Integrator:
+        """The integrator."""
+        return self._integrator
+
+    @property
+    def seed(self) -> int:
+        """Key of all randomness."""
+        return int(self._settings["seed"])
+
+    @property
+    def threads(self) -> int:
+        """Threads of this simulation."""
+        return self._threads
+
+    @property
+    def n_particles(self) -> int:
+        """N."""
+        return self._scene.n_particles
+
+    def __len__(self) -> int:
+        return self.n_particles
+
+    @property
+    def dt(self) -> float:
+        """Time step [time]; may be set between runs, with the same checks."""
+        return self._dt
+
+    @dt.setter
+    def dt(self, value: float | str) -> None:
+        if _is_auto(value):
+            self._dt = self._bounds[0].value
+        else:
+            self._dt = self._checked_dt(self._scene, self._integrator, value)
+
+    @property
+    def dt_bound(self) -> str:
+        """Name of the tightest bound, the one that sets ``dt="auto"``."""
+        return self._bounds[0].name
+
+    @property
+    def bounds(self) -> tuple[TimeStepBound, ...]:
+        """All bounds on the time step, smallest first."""
+        return self._bounds
+
+    @property
+    def step(self) -> int:
+        """Steps done."""
+        return self._core.step
+
+    @property
+    def time(self) -> float:
+        """Simulated time [time]."""
+        return self._core.time
+
+    # --- arrays ------------------------------------------------------------------------------
+
+    @property
+    def positions(self) -> Array:
+        """Positions inside the box, (N, D) [length]; a live view, writable."""
+        return self._core.positions
+
+    @positions.setter
+    def positions(self, value: ArrayLike) -> None:
+        self._assign(self._core.positions, initial.check_positions(self._scene, value))
+
+    @property
+    def velocities(self) -> Array:
+        """Velocities, (N, D) [length/time]; a live view, writable."""
+        return self._core.velocities
+
+    @velocities.setter
+    def velocities(self, value: ArrayLike) -> None:
+        self._assign(self._core.velocities, initial.check_velocities(self._scene, value))
+
+    def _assign(self, view: Array, value: Array) -> None:
+        if value is not view:  # sim.positions += shift writes in place, then assigns the view
+            view[...] = value
+        self.refresh()
+
+    @property
+    def unwrapped(self) -> Array:
+        """Positions that went on through the periodic boundaries, (N, D) [length]; a copy."""
+        return np.asarray(self.positions + self.images * np.asarray(self._scene.box.lengths))
+
+    @property
+    def images(self) -> NDArray[np.int32]:
+        """How often each particle has crossed the box along each axis, (N, D); read-only view."""
+        return self._core.images
+
+    @property
+    def forces(self) -> Array:
+        """Force between the particles, (N, D) [mass length/time^2]; read-only view.
+
+        Of the pressure alone under the pair splitting, which has no friction and no random force
+        but exchanges of momentum; all three under velocity Verlet, as the step evaluated them.
+        A body force is not contained.
+        """
+        return self._core.forces
+
+    @property
+    def number_densities(self) -> Array:
+        """Sum of the kernel over all particles, itself included, (N,) [1/length^D]; read-only."""
+        return self._core.number_densities
+
+    @property
+    def densities(self) -> Array:
+        """Mass densities, (N,) [mass/length^D]; read-only view."""
+        return self._core.densities
+
+    @property
+    def pressures(self) -> Array:
+        """Pressures of the equation of state, (N,) [energy/length^D]; read-only view."""
+        return self._core.pressures
+
+    @property
+    def ids(self) -> NDArray[np.uint64]:
+        """Persistent ids, (N,); read-only view."""
+        return self._core.ids
+
+    # --- numbers -----------------------------------------------------------------------------
+
+    @property
+    def momentum(self) -> Array:
+        """Total momentum, (D,) [mass length/time]."""
+        return np.asarray(self._scene.particle_mass * self.velocities.sum(axis=0))
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Sum of m v^2/2 [energy]."""
+        return float(0.5 * self._scene.particle_mass * np.square(self.velocities).sum())
+
+    @property
+    def potential_energy(self) -> float:
+        """Sum of m e(rho), e the integral of P/rho^2 [energy]; its zero depends on the EOS."""
+        from sdpd import _core
+
+        kind, parameters = self._settings["eos"]
+        specific = _core.eos_evaluate(kind, list(parameters), self.densities)[2]
+        return float(self._scene.particle_mass * specific.sum())
+
+    @property
+    def temperature(self) -> float:
+        """Kinetic temperature m sum |v - <v>|^2/(D (N - 1) k_B) [temperature]; 0 for N = 1."""
+        number, dimension = self.velocities.shape
+        peculiar = self.velocities - self.velocities.mean(axis=0)
+        energy = self._scene.particle_mass * float(np.square(peculiar).sum())
+        freedom = dimension * max(1, number - 1)
+        return float(energy / (freedom * self._scene.fluid.boltzmann_constant))
+
+    def force_parts(self, step: int | None = None) -> dict[str, Array]:
+        """The force of the present state, part by part.
+
+        Parameters
+        ----------
+        step : int, optional
+            Step whose noise is wanted; the present one if None.
+
+        Returns
+        -------
+        dict of ndarray, shape (N, D)
+            "conservative", "dissipative", and "random" as velocity Verlet draws it
+            [mass length/time^2].
+        """
+        if step is not None:
+            step = validation.integer("step", step, minimum=0)
+        return self._core.force_parts(step)
+
+    def friction_rate(self) -> float:
+        """Initial decay rate of the velocity autocorrelation in the present state [1/time].
+
+        (1/m) <sum_j g_ij> (a + b/D), without a fit: k_B T/m over it is the short-time diffusion.
+        """
+        return self._core.friction_rate()
+
+    def statistics(self) -> dict[str, Any]:
+        """Sizes and counts of the core: pairs and bytes of the lists, skin, renewals."""
+        return self._core.statistics()
+
+    def refresh(self) -> None:
+        """Bring derived arrays up to date with what was written into positions and velocities.
+
+        Raises
+        ------
+        ValueError
+            If a written value is not finite.
+        """
+        self._core.refresh()
+
+    # --- running -----------------------------------------------------------------------------
+
+    def run(
+        self,
+        steps: int | None = None,
+        *,
+        time: float | None = None,
+        every: int = 1,
+        callback: Callable[[Simulation], object] | None = None,
+        observe: Observer | Sequence[Observer] = (),
+        progress: bool | None = None,
+    ) -> None:
+        """Advance the simulation.
+
+        Parameters
+        ----------
+        steps : int, optional
+            Number of steps of `dt`. Exactly one of `steps` and `time`.
+        time : float, optional
+            Time to simulate [time]: ceil(time/dt) equal steps, of dt or a little less.
+        every : int
+            Steps between calls of `callback` and samples of observers without their own `every`.
+            All are due when `step` is a multiple of it.
+        callback : callable, optional
+            Called with the simulation. May write positions and velocities, save, or raise.
+        observe : Observer or sequence of Observer
+            `Thermodynamics`, `Correlator`, `h5md.Trajectory` or your own.
+        progress : bool, optional
+            Show a progress bar; None: on a terminal or in a notebook, after two seconds.
+
+        Raises
+        ------
+        SimulationError
+            If a value is no longer finite or a particle runs away. The arrays then show the last
+            good state.
+        KeyboardInterrupt
+            At Ctrl-C, after the steps under way (a fifth of a second or one step) are complete:
+            the state is that of a whole step and `run` may be called again.
+        TypeError, ValueError
+            For a bad argument; nothing has changed.
+        RuntimeError
+            If it is running already.
+        """
+        plan = running.plan_steps(steps, time, self._dt)
+        every = validation.integer("every", every, minimum=1)
+        if progress is not None:
+            progress = validation.boolean("progress", progress)
+        if callback is not None and not callable(callback):
+            raise TypeError(f"`callback` must be callable, got {type(callback).__name__}")
+        observers = _check_observers(observe)
+        if self._running:
+            raise RuntimeError(
+                "the simulation is running already: call run() neither from its own callback nor "
+                "from another thread"
+            )
+        for observer in observers:
+            observer.check(self, observer.every or every, plan.dt)
+        self._running = True
+        try:
+            self._run(plan, every, callback, observers, progress)
+        finally:
+            self._running = False
+
+    def _run(
+        self,
+        plan: running.Plan,
+        every: int,
+        callback: Callable[[Simulation], object] | None,
+        observers: list[Observer],
+        progress: bool | None,
+    ) -> None:
+        """Alternate between the core and whoever is due."""
+        self._attach(observers, every, plan.dt)
+        python = [(o, o.every or every) for o in observers if not isinstance(o, LoopObserver)]
+        turns = [turn for _, turn in python] + ([every] if callback is not None else [])
+        chunk = running.chunk_steps(
+            self.n_particles, self._scene.pairs_per_particle, self._integrator.name
+        )
+        left = plan.steps
+        begun: list[Observer] = []
+        with (
+            running.Interruptions() as interruptions,
+            RunProgress(plan.steps, self.n_particles, progress) as bar,
+        ):
+            try:
+                for observer, turn in python:
+                    begun.append(observer)
+                    observer.begin(self, turn)
+                while left > 0:
+                    due = [running.steps_to_next(self.step, turn) for turn in turns]
+                    number = min([left, chunk, *due])
+                    self._advance(number, plan.dt)
+                    left -= number
+                    bar.update(number, self.time)
+                    for observer, turn in python:
+                        if self.step % turn == 0:
+                            observer.sample(self)
+                    if callback is not None and self.step % every == 0:
+                        interruptions.check()
+                        with interruptions.allowed():
+                            callback(self)
+                    interruptions.check()
+            finally:
+                for observer in begun:
+                    observer.end(self)
+
+    def _advance(self, steps: int, dt: float) -> None:
+        for observer, _, _ in self._attached:
+            observer.mark()
+        try:
+            self._core.run(steps, dt)
+        except SimulationError as error:
+            self._detach(rewind=True)
+            raise failure.describe(self, error, dt) from None
+
+    def _attach(self, observers: list[Observer], every: int, dt: float) -> None:
+        """Attach the observers of the loop, or leave them if they are the same."""
+        wanted = [(o, o.every or every, dt) for o in observers if isinstance(o, LoopObserver)]
+        if wanted != self._attached:
+            self._detach()
+            for observer, turn, step in wanted:
+                observer.attach(self, turn, step)
+                self._attached.append((observer, turn, step))
+        for each in observers:
+            each.adopt(self)
+
+    def _detach(self, *, rewind: bool = False) -> None:
+        for observer, _, _ in self._attached:
+            if rewind:
+                observer.rewind(self.step)
+            else:
+                observer.detach()
+        self._attached = []
+        self._core.detach_all()
+
+    def _set_state(self, state: dict[str, Any], dt: float) -> None:
+        """Take over a checked state; for `checkpoint`."""
+        if self._running:
+            raise ValueError("the simulation is running; restore it before or after run()")
+        self._core.set_state(state)
+        self._detach()
+        self._dt = dt
+
+    # --- saving ------------------------------------------------------------------------------
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write everything needed to go on bit for bit into one file, atomically.
+
+        Observers and their samples are not contained.
+        """
+        from sdpd import checkpoint
+
+        checkpoint.save(self, path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], *, threads: int | None = None) -> Simulation:
+        """A simulation from a file that `save` wrote.
+
+        Parameters
+        ----------
+        path : path
+        threads : int, optional
+            As for a new simulation; changes no bit of what follows.
+
+        Raises
+        ------
+        CheckpointError
+            If the file is not a whole and valid checkpoint.
+        """
+        from sdpd import checkpoint
+
+        return checkpoint.load(path, threads=threads)
+
+    def restore(self, path: str | os.PathLike[str]) -> None:
+        """Return to the state in a file of this same simulation; the views stay valid.
+
+        Raises
+        ------
+        CheckpointError
+            If the file is not a valid checkpoint or belongs to a simulation of another scene,
+            integrator, seed or skin; nothing has changed.
+        """
+        from sdpd import checkpoint
+
+        checkpoint.restore(self, path)
+
+    # --- other programs ----------------------------------------------------------------------
+
+    def to_mdanalysis(self) -> Universe:
+        """The present state as an MDAnalysis Universe of one frame; see `interop.to_mdanalysis`."""
+        from sdpd import interop
+
+        return interop.to_mdanalysis(self)
+
+    def to_ase(self) -> Atoms:
+        """The present state as ASE Atoms; see `interop.to_ase`."""
+        from sdpd import interop
+
+        return interop.to_ase(self)
+
+    @classmethod
+    def from_ase(cls, atoms: Atoms, scene: Scene, **options: Any) -> Simulation:
+        """A simulation that begins with the positions and velocities of ASE Atoms.
+
+        Parameters
+        ----------
+        atoms : ase.Atoms
+            See `interop.from_ase`; without momenta, velocities are those of ``scene.start``.
+        scene : Scene
+        **options
+            Of `Simulation`.
+        """
+        from sdpd import interop
+
+        state = interop.from_ase(atoms, scene)
+        return cls(scene, positions=state.positions, velocities=state.velocities, **options)
+
+    def __repr__(self) -> str:
+        return (
+            f"<sdpd.Simulation of {self.n_particles} particles in {self._scene.dimension}D, "
+            f"step {self.step}, time {self.time:.6g}>"
+        )
+
+    def __str__(self) -> str:
+        si = self._scene.fluid.is_si
+        dt = quantity(self._dt, "s", si=si)
+        tightest = self._bounds[0]
+        bound = f"tightest bound {tightest.name} = {quantity(tightest.value, 's', si=si)}"
+        temperature = quantity(self.temperature, "K", si=si)
+        resolution = self._scene.resolution
+        rows = [
+            ("particles", f"{self.n_particles} in {self._scene.dimension}D, {resolution.kernel}"),
+            ("state", f"step {self.step}, time {quantity(self.time, 's', si=si)}"),
+            ("integrator", repr(self._integrator)),
+            ("time step", f"{dt}, {bound}"),
+            ("effects", str(self._scene.active_effects)),
+            ("kinetic", f"temperature {temperature}"),
+            ("seed", f"{self.seed}, {self._threads} thread{'s' * (self._threads > 1)}"),
+        ]
+        return "sdpd simulation\n" + table([[f"  {name}", text] for name, text in rows])
+
+
+def _restored(
+    *,
+    scene: Scene,
+    integrator: Integrator,
+    settings: dict[str, Any],
+    threads: int,
+    core: Core,
+    dt: float,
+    accuracy: dict[str, Any],
+) -> Simulation:
+    """A simulation around a core that exists already; for `checkpoint`."""
+    sim = Simulation.__new__(Simulation)
+    sim._accuracy, sim._dt = accuracy, dt
+    sim._bounds = tuple(timestep.bounds(scene, integrator, **accuracy))
+    sim._adopt(scene, integrator, settings, threads, core)
+    return sim
+
+
+def _is_auto(dt: Any) -> bool:
+    if isinstance(dt, str):
+        validation.choice("dt", dt, ("auto",))
+        return True
+    return False
+
+
+def _choose_threads(threads: Any, n_particles: int) -> int:
+    if threads is None:
+        return max(1, min(_available_threads(), n_particles // PARTICLES_PER_THREAD))
+    number = validation.integer("threads", threads, minimum=1)
+    if number > 4096:
+        raise ValueError(f"`threads` must be at most 4096, got {number}")
+    return number
+
+
+def _new_core(positions: Array, velocities: Array, settings: dict[str, Any], threads: int) -> Core:
+    from sdpd import _core
+
+    return _core.Core(positions, velocities, threads=threads, **settings)
+
+
+def _check_observers(observe: Any) -> list[Observer]:
+    if isinstance(observe, Observer):
+        return [observe]
+    if not isinstance(observe, Sequence) or isinstance(observe, str):
+        kind = type(observe).__name__
+        raise TypeError(f"`observe` must be an observer or a sequence of them, got {kind}")
+    for index, observer in enumerate(observe):
+        expected = "an observer, e.g. sdpd.Thermodynamics()"
+        validation.instance(f"observe[{index}]", observer, Observer, expected)
+    if len({id(observer) for observer in observe}) != len(observe):
+        raise ValueError("`observe` must hold each observer once, got one twice")
+    return list(observe)

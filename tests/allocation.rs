@@ -1,0 +1,89 @@
+//! A step allocates nothing: counted by the allocator itself.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use sdpd::registry::Combination;
+use sdpd::relax::{normal_velocities, uniform_positions};
+use sdpd::simulation::{Engine, Settings};
+
+struct Counting;
+
+static COUNT: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn engine(integrator: &str, threads: usize) -> Engine {
+    let (n, edge) = (1728, 12.0);
+    let settings = Settings {
+        combination: Combination {
+            dimension: 3,
+            kernel: "lucy".into(),
+            friction: "general".into(),
+            noise: "gaussian".into(),
+            integrator: integrator.into(),
+        },
+        edges: vec![edge; 3],
+        support: 2.65,
+        mass: 1.0,
+        thermal_energy: 1.0,
+        friction_across: 33.0,
+        friction_along: 33.0,
+        eos: ("linear".into(), vec![1.0, 10.0, 100.0]),
+        iterations: 1,
+        body_force: None,
+        dt: 1e-6,
+        seed: 1,
+        skin: None,
+        threads,
+    };
+    let mut engine = Engine::new(n, &settings).unwrap();
+    let positions = uniform_positions(n, 3, 5);
+    let velocities = normal_velocities(n, 3, 5);
+    for row in 0..n {
+        let h = settings.support;
+        let position = std::array::from_fn(|a| positions[3 * row + a] * edge / h);
+        let velocity = std::array::from_fn(|a| velocities[3 * row + a]);
+        engine.place(row, position, velocity);
+    }
+    engine.renew(true).unwrap();
+    engine.run(20, 1e-6).unwrap();
+    engine
+}
+
+fn allocations(engine: &mut Engine, steps: u64) -> usize {
+    let before = COUNT.load(Ordering::Relaxed);
+    engine.run(steps, 1e-6).unwrap();
+    COUNT.load(Ordering::Relaxed) - before
+}
+
+/// One test, so that nothing else allocates at the same time.
+#[test]
+fn a_step_allocates_nothing() {
+    for integrator in ["velocity_verlet", "pair_splitting"] {
+        for threads in [1, 2] {
+            let mut engine = engine(integrator, threads);
+            let few = allocations(&mut engine, 10);
+            let many = allocations(&mut engine, 110);
+            // Entering the pool may cost a handful per run; 100 more steps must cost nothing.
+            assert!(
+                many <= few + 4,
+                "{integrator} on {threads} threads: {few} allocations in 10 steps, {many} in 110"
+            );
+        }
+    }
+}
