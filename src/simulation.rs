@@ -376,7 +376,21 @@ impl Engine {
         let integrator = Arc::clone(&self.integrator);
         let pool = Arc::clone(&self.pool);
         let scaled = dt / self.units.time();
-        pool.install(|| integrator.run(self, steps, scaled))
+        self.each_observer(|observer| observer.begin());
+        let result = pool.install(|| integrator.run(self, steps, scaled));
+        if result.is_err() {
+            self.each_observer(|observer| observer.forget());
+        }
+        result
+    }
+
+    fn each_observer(&self, mut call: impl FnMut(&mut dyn Observer)) {
+        for observer in &self.observers {
+            match observer.lock() {
+                Ok(mut guard) => call(&mut *guard),
+                Err(poisoned) => call(&mut *poisoned.into_inner()),
+            }
+        }
     }
 
     /// The parts of the force in slot order, reduced units; the noise is that of step `step`.
@@ -600,15 +614,11 @@ impl Engine {
             particles: &self.particles,
             eos: self.eos.as_ref(),
         };
-        for observer in &self.observers {
-            let mut observer = match observer.lock() {
-                Ok(guard) => guard,
-                Err(poisoned) => poisoned.into_inner(),
-            };
+        self.each_observer(|observer| {
             if self.step.is_multiple_of(observer.every()) {
                 observer.sample(&view);
             }
-        }
+        });
     }
 }
 

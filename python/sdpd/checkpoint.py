@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdpd import integrators, validation
+from sdpd import integrators, running, timestep, validation
 from sdpd.errors import CheckpointError, SdpdWarning
 from sdpd.scene import Scene
 
@@ -250,6 +250,8 @@ class _Content:
             self.settings = _core_settings(self.header["settings"])
             self.dt = validation.positive("dt", self.header["dt"])
             self.accuracy: dict[str, Any] = dict(self.header["accuracy"])
+            self.machine: dict[str, Any] = dict(self.header["machine"])
+            timestep.bounds(self.scene, self.integrator, **self.accuracy)
             self.state: dict[str, Any] = {name: self.header["clock"][name] for name in _CLOCK}
         except KeyError as error:
             raise reader.fail(f"its header lacks {error} or has an unknown one") from None
@@ -264,7 +266,8 @@ class _Content:
             raise self.reader.fail(
                 f"it holds {self.header['particles']} particles, its scene {self.scene.n_particles}"
             )
-        for name, value in _plain(self.scene.core_arguments()).items():
+        expected = {**self.scene.core_arguments(), "integrator": self.integrator.name}
+        for name, value in _plain(expected).items():
             its = self.header["settings"].get(name)
             if not _agree(its, value):
                 raise self.reader.fail(
@@ -274,7 +277,7 @@ class _Content:
     def warn_of_other_bits(self) -> None:
         """Where the trajectory goes on, but not necessarily with the same bits."""
         mine = {"sdpd": _version(), **_machine()}
-        its = {"sdpd": self.header.get("sdpd"), **self.header.get("machine", {})}
+        its = {"sdpd": self.header.get("sdpd"), **self.machine}
         other = [
             f"{key} {its.get(key)} (here {mine[key]})" for key in mine if its.get(key) != mine[key]
         ]
@@ -377,7 +380,7 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
 
     reader = _Reader(path)
     content = _Content(reader)
-    count = simulation._choose_threads(threads, content.scene.n_particles)
+    count = running.choose_threads(threads, content.scene.n_particles)
     points = content.positions()
     try:
         core = simulation._new_core(points, np.zeros_like(points), content.settings, count)

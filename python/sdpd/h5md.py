@@ -5,8 +5,9 @@ densities and pressures), box averages in ``/observables``. MDAnalysis wants thr
 of 2D scenes have z = 0 and a layer one spacing thick.
 
 Scenes in SI units are written in nm, ps, nm/ps, kJ/(mol nm), with unit attributes: the H5MD units
-that MDAnalysis knows. Scenes in other units are written as they are, without unit attributes; open
-those with ``MDAnalysis.Universe(path, convert_units=False)``. `read` gives back the scene's units.
+that MDAnalysis knows, and ``MDAnalysis.Universe("water.h5md")`` opens them (by this extension).
+Scenes in other units are written as they are, without unit attributes; open those with
+``MDAnalysis.Universe(path, convert_units=False, n_atoms=N)``. `read` gives back the scene's units.
 
 References: P. de Buyl, P. H. Colberg, F. Hoefling, Comput. Phys. Commun. 185 (2014) 1546;
 https://nongnu.org/h5md/h5md.html
@@ -169,7 +170,6 @@ class Trajectory(Observer):
             self._created = True
             self._create(sim)
         if self._frames == 0 and sim.step % every == 0:
-            sim.refresh()
             self.sample(sim)
 
     def end(self, sim: Simulation) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import weakref
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from sdpd import validation
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
-__all__ = ["Correlator", "LoopObserver", "Observer", "Thermodynamics"]
+__all__ = ["Correlator", "LoopObserver", "Observer", "Thermodynamics", "check_observers"]
 
 Array = NDArray[np.float64]
 
@@ -50,6 +51,9 @@ class Observer:
         if every is not None:
             self.every = validation.integer("every", every, minimum=1)
         self._owner: weakref.ref[Simulation] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_owner": None}
 
     def check(self, sim: Simulation, every: int, dt: float) -> None:
         """Refuse a run this observer cannot follow; changes nothing.
@@ -91,6 +95,9 @@ class LoopObserver(Observer):
         self._dt = 0.0
         self._handle: Any = None
         self._segments: list[Array] = []
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**super().__getstate__(), "_handle": None, "_segments": self._tables()}
 
     def _attach(self, sim: Simulation, every: int) -> Any:
         raise NotImplementedError
@@ -366,3 +373,18 @@ class Correlator(LoopObserver):
             f"<sdpd.Correlator every {every}, {self.points} points on {self.levels} levels: "
             f"{len(self.data)} lags>"
         )
+
+
+def check_observers(observe: Any) -> list[Observer]:
+    """The observers of a run, each once."""
+    if isinstance(observe, Observer):
+        return [observe]
+    if not isinstance(observe, Sequence) or isinstance(observe, str):
+        kind = type(observe).__name__
+        raise TypeError(f"`observe` must be an observer or a sequence of them, got {kind}")
+    for index, observer in enumerate(observe):
+        expected = "an observer, e.g. sdpd.Thermodynamics()"
+        validation.instance(f"observe[{index}]", observer, Observer, expected)
+    if len({id(observer) for observer in observe}) != len(observe):
+        raise ValueError("`observe` must hold each observer once, got one twice")
+    return list(observe)

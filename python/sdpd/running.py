@@ -6,6 +6,7 @@ The cuts depend on numbers of the run only and change no bit of the trajectory.
 from __future__ import annotations
 
 import math
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -20,10 +21,19 @@ from sdpd.cost import COEFFICIENTS
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-__all__ = ["Interruptions", "Plan", "chunk_steps", "plan_steps", "steps_to_next"]
+__all__ = [
+    "Interruptions",
+    "Plan",
+    "choose_threads",
+    "chunk_steps",
+    "plan_steps",
+    "steps_to_next",
+]
 
 # A call of the core should last about this long [s], so that Ctrl-C and the bar respond.
 CHUNK_SECONDS = 0.2
+# Fewer particles than this are not worth a thread of their own.
+PARTICLES_PER_THREAD = 500
 # t/dt this close above an integer (relative) is that integer: 0.1 + 0.2 is 0.3 here.
 ROUNDING = 1e-12
 
@@ -77,6 +87,22 @@ def chunk_steps(n_particles: int, pairs_per_particle: float, integrator: str) ->
 def steps_to_next(step: int, every: int) -> int:
     """Steps from `step` to the next multiple of `every`, >= 1."""
     return every - step % every
+
+
+def _available_threads() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def choose_threads(threads: Any, n_particles: int) -> int:
+    """Checked threads, or (None) as many as are at hand and worth it."""
+    if threads is None:
+        return max(1, min(_available_threads(), n_particles // PARTICLES_PER_THREAD))
+    number = validation.integer("threads", threads, minimum=1)
+    if number > 4096:
+        raise ValueError(f"`threads` must be at most 4096, got {number}")
+    return number
 
 
 class Interruptions:

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdpd import failure, initial, integrators, running, timestep, validation
 from sdpd.errors import SimulationError, TimeStepWarning
-from sdpd.observers import LoopObserver, Observer
+from sdpd.observers import LoopObserver, Observer, check_observers
+from sdpd.particles import Particles
 from sdpd.progress import RunProgress
 from sdpd.scene import Scene
 from sdpd.timestep import TimeStepBound
@@ -29,17 +30,8 @@ __all__ = ["Simulation"]
 
 Array = NDArray[np.float64]
 
-# Fewer particles than this are not worth a thread of their own.
-PARTICLES_PER_THREAD = 500
 
-
-def _available_threads() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-class Simulation:
+class Simulation(Particles):
     """The particles of a scene and what moves them.
 
     Parameters
@@ -115,7 +107,7 @@ class Simulation:
         seed = validation.integer("seed", seed, minimum=0)
         if seed >= 2**64:
             raise ValueError(f"`seed` must be < 2^64, got {seed}")
-        threads = _choose_threads(threads, scene.n_particles)
+        threads = running.choose_threads(threads, scene.n_particles)
         skin = validation.optional_positive("skin", skin)
         self._accuracy: dict[str, Any] = {
             "temperature_error": temperature_error,
@@ -227,140 +219,6 @@ class Simulation:
         """Simulated time [time]."""
         return self._core.time
 
-    # --- arrays ------------------------------------------------------------------------------
-
-    @property
-    def positions(self) -> Array:
-        """Positions inside the box, (N, D) [length]; a live view, writable."""
-        return self._core.positions
-
-    @positions.setter
-    def positions(self, value: ArrayLike) -> None:
-        self._assign(self._core.positions, initial.check_positions(self._scene, value))
-
-    @property
-    def velocities(self) -> Array:
-        """Velocities, (N, D) [length/time]; a live view, writable."""
-        return self._core.velocities
-
-    @velocities.setter
-    def velocities(self, value: ArrayLike) -> None:
-        self._assign(self._core.velocities, initial.check_velocities(self._scene, value))
-
-    def _assign(self, view: Array, value: Array) -> None:
-        if value is not view:  # sim.positions += shift writes in place, then assigns the view
-            view[...] = value
-        self.refresh()
-
-    @property
-    def unwrapped(self) -> Array:
-        """Positions that went on through the periodic boundaries, (N, D) [length]; a copy."""
-        return np.asarray(self.positions + self.images * np.asarray(self._scene.box.lengths))
-
-    @property
-    def images(self) -> NDArray[np.int32]:
-        """How often each particle has crossed the box along each axis, (N, D); read-only view."""
-        return self._core.images
-
-    @property
-    def forces(self) -> Array:
-        """Force between the particles, (N, D) [mass length/time^2]; read-only view.
-
-        Of the pressure alone under the pair splitting, which has no friction and no random force
-        but exchanges of momentum; all three under velocity Verlet, as the step evaluated them.
-        A body force is not contained.
-        """
-        return self._core.forces
-
-    @property
-    def number_densities(self) -> Array:
-        """Sum of the kernel over all particles, itself included, (N,) [1/length^D]; read-only."""
-        return self._core.number_densities
-
-    @property
-    def densities(self) -> Array:
-        """Mass densities, (N,) [mass/length^D]; read-only view."""
-        return self._core.densities
-
-    @property
-    def pressures(self) -> Array:
-        """Pressures of the equation of state, (N,) [energy/length^D]; read-only view."""
-        return self._core.pressures
-
-    @property
-    def ids(self) -> NDArray[np.uint64]:
-        """Persistent ids, (N,); read-only view."""
-        return self._core.ids
-
-    # --- numbers -----------------------------------------------------------------------------
-
-    @property
-    def momentum(self) -> Array:
-        """Total momentum, (D,) [mass length/time]."""
-        return np.asarray(self._scene.particle_mass * self.velocities.sum(axis=0))
-
-    @property
-    def kinetic_energy(self) -> float:
-        """Sum of m v^2/2 [energy]."""
-        return float(0.5 * self._scene.particle_mass * np.square(self.velocities).sum())
-
-    @property
-    def potential_energy(self) -> float:
-        """Sum of m e(rho), e the integral of P/rho^2 [energy]; its zero depends on the EOS."""
-        from sdpd import _core
-
-        kind, parameters = self._settings["eos"]
-        specific = _core.eos_evaluate(kind, list(parameters), self.densities)[2]
-        return float(self._scene.particle_mass * specific.sum())
-
-    @property
-    def temperature(self) -> float:
-        """Kinetic temperature m sum |v - <v>|^2/(D (N - 1) k_B) [temperature]; 0 for N = 1."""
-        number, dimension = self.velocities.shape
-        peculiar = self.velocities - self.velocities.mean(axis=0)
-        energy = self._scene.particle_mass * float(np.square(peculiar).sum())
-        freedom = dimension * max(1, number - 1)
-        return float(energy / (freedom * self._scene.fluid.boltzmann_constant))
-
-    def force_parts(self, step: int | None = None) -> dict[str, Array]:
-        """The force of the present state, part by part.
-
-        Parameters
-        ----------
-        step : int, optional
-            Step whose noise is wanted; the present one if None.
-
-        Returns
-        -------
-        dict of ndarray, shape (N, D)
-            "conservative", "dissipative", and "random" as velocity Verlet draws it
-            [mass length/time^2].
-        """
-        if step is not None:
-            step = validation.integer("step", step, minimum=0)
-        return self._core.force_parts(step)
-
-    def friction_rate(self) -> float:
-        """Initial decay rate of the velocity autocorrelation in the present state [1/time].
-
-        (1/m) <sum_j g_ij> (a + b/D), without a fit: k_B T/m over it is the short-time diffusion.
-        """
-        return self._core.friction_rate()
-
-    def statistics(self) -> dict[str, Any]:
-        """Sizes and counts of the core: pairs and bytes of the lists, skin, renewals."""
-        return self._core.statistics()
-
-    def refresh(self) -> None:
-        """Bring derived arrays up to date with what was written into positions and velocities.
-
-        Raises
-        ------
-        ValueError
-            If a written value is not finite.
-        """
-        self._core.refresh()
-
     # --- running -----------------------------------------------------------------------------
 
     def run(
@@ -410,7 +268,7 @@ class Simulation:
             progress = validation.boolean("progress", progress)
         if callback is not None and not callable(callback):
             raise TypeError(f"`callback` must be callable, got {type(callback).__name__}")
-        observers = _check_observers(observe)
+        observers = check_observers(observe)
         if self._running:
             raise RuntimeError(
                 "the simulation is running already: call run() neither from its own callback nor "
@@ -433,6 +291,7 @@ class Simulation:
         progress: bool | None,
     ) -> None:
         """Alternate between the core and whoever is due."""
+        self.refresh()  # derived arrays must fit the positions if the first call fails
         self._attach(observers, every, plan.dt)
         python = [(o, o.every or every) for o in observers if not isinstance(o, LoopObserver)]
         turns = [turn for _, turn in python] + ([every] if callback is not None else [])
@@ -462,6 +321,7 @@ class Simulation:
                         interruptions.check()
                         with interruptions.allowed():
                             callback(self)
+                        self.refresh()
                     interruptions.check()
             finally:
                 for observer in begun:
@@ -628,30 +488,7 @@ def _is_auto(dt: Any) -> bool:
     return False
 
 
-def _choose_threads(threads: Any, n_particles: int) -> int:
-    if threads is None:
-        return max(1, min(_available_threads(), n_particles // PARTICLES_PER_THREAD))
-    number = validation.integer("threads", threads, minimum=1)
-    if number > 4096:
-        raise ValueError(f"`threads` must be at most 4096, got {number}")
-    return number
-
-
 def _new_core(positions: Array, velocities: Array, settings: dict[str, Any], threads: int) -> Core:
     from sdpd import _core
 
     return _core.Core(positions, velocities, threads=threads, **settings)
-
-
-def _check_observers(observe: Any) -> list[Observer]:
-    if isinstance(observe, Observer):
-        return [observe]
-    if not isinstance(observe, Sequence) or isinstance(observe, str):
-        kind = type(observe).__name__
-        raise TypeError(f"`observe` must be an observer or a sequence of them, got {kind}")
-    for index, observer in enumerate(observe):
-        expected = "an observer, e.g. sdpd.Thermodynamics()"
-        validation.instance(f"observe[{index}]", observer, Observer, expected)
-    if len({id(observer) for observer in observe}) != len(observe):
-        raise ValueError("`observe` must hold each observer once, got one twice")
-    return list(observe)

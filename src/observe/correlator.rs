@@ -14,6 +14,7 @@ pub struct Correlator {
     points: usize,
     levels: Vec<Level>,
     samples: u64,
+    begun: Vec<[Vec<f64>; 3]>,
 }
 
 #[derive(Debug, Clone)]
@@ -45,6 +46,7 @@ impl Correlator {
             points: points.max(2),
             levels: vec![level; levels.max(1)],
             samples: 0,
+            begun: Vec::new(),
         }
     }
 
@@ -71,6 +73,26 @@ impl Correlator {
 impl Observer for Correlator {
     fn every(&self) -> u64 {
         self.every
+    }
+
+    fn begin(&mut self) {
+        let sums = |level: &Level| {
+            let [a, b] = [&level.square_displacement, &level.velocity_product];
+            [level.origins.clone(), a.clone(), b.clone()]
+        };
+        self.begun = self.levels.iter().map(sums).collect();
+    }
+
+    fn forget(&mut self) {
+        for (level, sums) in self.levels.iter_mut().zip(std::mem::take(&mut self.begun)) {
+            [
+                level.origins,
+                level.square_displacement,
+                level.velocity_product,
+            ] = sums;
+            // The rings hold states that did not happen: start with new origins.
+            (level.filled, level.next) = (0, 0);
+        }
     }
 
     fn sample(&mut self, view: &View) {

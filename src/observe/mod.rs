@@ -35,4 +35,8 @@ pub trait Observer: Send {
     fn every(&self) -> u64;
     /// Takes one sample.
     fn sample(&mut self, view: &View);
+    /// Remembers where it stands: a run begins.
+    fn begin(&mut self);
+    /// Forgets what it saw since `begin`: the run failed and its steps did not happen.
+    fn forget(&mut self);
 }

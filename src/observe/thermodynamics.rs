@@ -8,6 +8,7 @@ pub struct Thermodynamics {
     every: u64,
     dimension: usize,
     rows: Vec<f64>,
+    begun: usize,
 }
 
 impl Thermodynamics {
@@ -17,6 +18,7 @@ impl Thermodynamics {
             every: every.max(1),
             dimension,
             rows: Vec::new(),
+            begun: 0,
         }
     }
 
@@ -44,6 +46,14 @@ impl Thermodynamics {
 impl Observer for Thermodynamics {
     fn every(&self) -> u64 {
         self.every
+    }
+
+    fn begin(&mut self) {
+        self.begun = self.rows.len();
+    }
+
+    fn forget(&mut self) {
+        self.rows.truncate(self.begun);
     }
 
     fn sample(&mut self, view: &View) {

@@ -133,6 +133,10 @@ impl Core {
             let mut position = [record[0], record[1], record[2]];
             let record = &engine.particles.velocity[slot];
             let mut velocity = [record[0], record[1], record[2]];
+            if moved {
+                // The user's position lies in the image that the arrays show.
+                engine.particles.image[slot] = exported_position(engine, slot).1;
+            }
             for a in 0..d {
                 if moved {
                     position[a] = positions[row * d + a] / units.length;

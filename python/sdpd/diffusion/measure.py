@@ -14,12 +14,14 @@ from sdpd.diffusion.plan import POINTS, Plan
 from sdpd.errors import TimeStepWarning
 from sdpd.scene import Scene
 
-__all__ = ["Sample", "replica_seed", "run_replica"]
+__all__ = ["STATE", "Sample", "normalized_vacf", "replica_seed", "run_replica"]
 
 Array = NDArray[np.float64]
 Report = Callable[[int, str], None]
 
 STATE = ("temperature", "mean_density", "mean_pressure")
+SLOPE_LAGS = 4
+SLOPE_PARTS = 2  # of a short block, each a sample of its own: more freedom behind the error
 CHUNK_PAIRS = 3e6  # pairs between two reports of progress
 
 
@@ -34,10 +36,11 @@ class Sample:
         [energy/length^D] of each long block.
     rate : ndarray, shape (B,)
         Exact initial decay rate of the VACF in each short block [1/time].
-    short_lag, short_vacf, short_counts : ndarray, shape (S,), (B, S), (B, S)
-        VACF of the short blocks, per component [length^2/time^2], and its time origins.
+    short_lag, short_vacf : ndarray, shape (S,), (2 B, S)
+        Lags [time] and VACF over its value at lag 0 [1] of the halves of the short blocks.
     lag, msd, vacf, counts : ndarray, shape (L,), (B, L), (B, L), (B, L)
-        Mean-square displacement [length^2] and VACF of the long blocks.
+        Mean-square displacement [length^2] and VACF of the long blocks, per component
+        [length^2/time^2], and their time origins.
     seconds : float
         Wall time [s].
     """
@@ -46,7 +49,6 @@ class Sample:
     rate: Array
     short_lag: Array
     short_vacf: Array
-    short_counts: Array
     lag: Array
     msd: Array
     vacf: Array
@@ -90,6 +92,31 @@ def run_replica(scene: Scene, plan: Plan, seed: int, report: Report | None = Non
     return runner.sample(time.perf_counter() - began)
 
 
+def normalized_vacf(velocities: Array, lags: int) -> Array:
+    """VACF over the mean square of the same velocities, for lags 0 .. `lags` rows.
+
+    Parameters
+    ----------
+    velocities : ndarray, shape (T, N, D)
+        Consecutive velocities [length/time].
+    lags : int
+        < T.
+
+    Returns
+    -------
+    ndarray, shape (lags + 1,)
+        ``2 sum v(0).v(t) / sum (v(0)^2 + v(t)^2)`` over all origins: what the kinetic energy does
+        between the ends of the series cancels, so that short series serve.
+    """
+    result = np.ones(lags + 1)
+    for lag in range(1, lags + 1):
+        early, late = velocities[:-lag], velocities[lag:]
+        product = np.einsum("tnd,tnd->", early, late)
+        squares = np.einsum("tnd,tnd->", early, early) + np.einsum("tnd,tnd->", late, late)
+        result[lag] = 2.0 * product / squares
+    return result
+
+
 class _Runner:
     """A simulation on its way through a plan."""
 
@@ -104,7 +131,7 @@ class _Runner:
         self.chunk = max(1, int(CHUNK_PAIRS / (scene.n_particles * scene.pairs_per_particle)))
         self.states: list[Array] = []
         self.rates: list[float] = []
-        self.short: list[NDArray[np.void]] = []
+        self.short: list[Array] = []
         self.long: list[NDArray[np.void]] = []
 
     def run(self, dt: float, steps: int, what: str, observe: tuple[object, ...] = ()) -> None:
@@ -126,13 +153,15 @@ class _Runner:
         plan = self.plan
         for share, steps in zip((1.0, 0.25), plan.renewal, strict=True):
             self.run(share * plan.large, steps, what)
-        slope = Correlator(every=1, points=8, levels=1)
-        rates = []
-        for _ in range(plan.short_steps // 8):
-            rates.append(self.simulation.friction_rate())
-            self.run(plan.short, 8, what, (slope,))
+        rates, velocities = [], []
+        for step in range(plan.short_steps):
+            if step % 8 == 0:
+                rates.append(self.simulation.friction_rate())
+            self.run(plan.short, 1, what)
+            velocities.append(self.simulation.velocities.copy())
         self.rates.append(float(np.mean(rates)))
-        self.short.append(slope.data)
+        for part in np.array_split(np.stack(velocities), SLOPE_PARTS):
+            self.short.append(normalized_vacf(part, SLOPE_LAGS))
         thermo = Thermodynamics(every=4)
         correlator = Correlator(every=1, points=POINTS, levels=plan.levels)
         self.run(plan.long, plan.long_steps, what, (thermo, correlator))
@@ -144,9 +173,8 @@ class _Runner:
         return Sample(
             state=np.stack(self.states),
             rate=np.array(self.rates),
-            short_lag=self.short[0]["time"],
-            short_vacf=np.stack([data["vacf"] for data in self.short]),
-            short_counts=np.stack([data["origins"] for data in self.short]).astype(np.float64),
+            short_lag=self.plan.short * np.arange(SLOPE_LAGS + 1.0),
+            short_vacf=np.stack(self.short),
             lag=self.long[0]["time"],
             msd=np.stack([data["msd"] for data in self.long]),
             vacf=np.stack([data["vacf"] for data in self.long]),

@@ -13,7 +13,7 @@ from sdpd.analysis.correlation import Correlation
 from sdpd.analysis.diffusion import short_time_diffusion
 from sdpd.analysis.estimate import Estimate
 from sdpd.diffusion.cases import Case, Formulas, formulas
-from sdpd.diffusion.measure import STATE, Sample
+from sdpd.diffusion.measure import SLOPE_LAGS, STATE, Sample
 from sdpd.diffusion.plan import Plan
 from sdpd.scene import Scene
 
@@ -21,7 +21,7 @@ __all__ = ["CaseResult", "Limits", "assess", "evaluate", "integral_weights", "sl
 
 Array = NDArray[np.float64]
 
-SLOPE_LAGS, SLOPE_ORDER = 4, 2
+SLOPE_ORDER = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,13 +157,12 @@ def evaluate(case: Case, scene: Scene, plan: Plan, samples: Sequence[Sample]) ->
     drifts = {
         name: _drift([sample.state[:, k] for sample in samples]) for k, name in enumerate(STATE)
     }
-    slope = _correlation(samples, "short_lag", "short_vacf", "short_counts")
+    slope = _slope(samples)
     measured = short_time_diffusion(slope, n_lags=SLOPE_LAGS, order=SLOPE_ORDER)
     # C(0) is (1 - 1/N) k_B T/m at zero total momentum, its slope is not diminished
     rate = measured.rate.scaled(1.0 - 1.0 / number)
     exact_rate = _mean(np.concatenate([sample.rate for sample in samples]))
-    msd = _correlation(samples, "lag", "msd", "counts")
-    vacf = _correlation(samples, "lag", "vacf", "counts")
+    msd, vacf = _long(samples, "msd"), _long(samples, "vacf")
     bias = variance * exact_rate.value * plan.long**2 / 12.0
     first, last = plan.window
     middle = math.sqrt(first * last)
@@ -225,14 +224,23 @@ def assess(result: CaseResult, limits: Limits) -> list[str]:
     return failures
 
 
-def _correlation(samples: Sequence[Sample], lag: str, values: str, counts: str) -> Correlation:
-    """Blocks of all replicas as one function of the lag."""
-    times = np.asarray(getattr(samples[0], lag))
+def _slope(samples: Sequence[Sample]) -> Correlation:
+    """Normalised VACF of the short blocks of all replicas."""
+    blocks = np.concatenate([sample.short_vacf for sample in samples])
+    lag = samples[0].short_lag
     return Correlation(
-        lag=times,
-        blocks=np.concatenate([getattr(sample, values) for sample in samples]),
-        block_counts=np.concatenate([getattr(sample, counts) for sample in samples]),
-        window=(0.0, float(times[-1])),
+        lag=lag, blocks=blocks, block_counts=np.ones_like(blocks), window=(0.0, float(lag[-1]))
+    )
+
+
+def _long(samples: Sequence[Sample], name: str) -> Correlation:
+    """A function of the long lags from the blocks of all replicas."""
+    lag = samples[0].lag
+    return Correlation(
+        lag=lag,
+        blocks=np.concatenate([getattr(sample, name) for sample in samples]),
+        block_counts=np.concatenate([sample.counts for sample in samples]),
+        window=(0.0, float(lag[-1])),
         dimension=3,
     )
 

@@ -1,0 +1,160 @@
+"""The particles of a simulation: live views of their arrays, and numbers that follow from them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sdpd import initial, validation
+from sdpd.scene import Scene
+
+if TYPE_CHECKING:
+    from sdpd._core import Core
+
+__all__ = ["Particles"]
+
+Array = NDArray[np.float64]
+
+
+class Particles:
+    """Arrays and totals of `Simulation`, which adds the scene and the core named here."""
+
+    _scene: Scene
+    _core: Core
+    _settings: dict[str, Any]
+
+    # --- arrays ------------------------------------------------------------------------------
+
+    @property
+    def positions(self) -> Array:
+        """Positions inside the box, (N, D) [length]; a live view, writable."""
+        return self._core.positions
+
+    @positions.setter
+    def positions(self, value: ArrayLike) -> None:
+        self._assign(self._core.positions, initial.check_positions(self._scene, value))
+
+    @property
+    def velocities(self) -> Array:
+        """Velocities, (N, D) [length/time]; a live view, writable."""
+        return self._core.velocities
+
+    @velocities.setter
+    def velocities(self, value: ArrayLike) -> None:
+        self._assign(self._core.velocities, initial.check_velocities(self._scene, value))
+
+    def _assign(self, view: Array, value: Array) -> None:
+        if value is not view:  # sim.positions += shift writes in place, then assigns the view
+            view[...] = value
+        self.refresh()
+
+    @property
+    def unwrapped(self) -> Array:
+        """Positions that went on through the periodic boundaries, (N, D) [length]; a copy."""
+        return np.asarray(self.positions + self.images * np.asarray(self._scene.box.lengths))
+
+    @property
+    def images(self) -> NDArray[np.int32]:
+        """How often each particle has crossed the box along each axis, (N, D); read-only view."""
+        return self._core.images
+
+    @property
+    def forces(self) -> Array:
+        """Force between the particles, (N, D) [mass length/time^2]; read-only view.
+
+        Of the pressure alone under the pair splitting, which has no friction and no random force
+        but exchanges of momentum; all three under velocity Verlet, as the step evaluated them.
+        A body force is not contained.
+        """
+        return self._core.forces
+
+    @property
+    def number_densities(self) -> Array:
+        """Sum of the kernel over all particles, itself included, (N,) [1/length^D]; read-only."""
+        return self._core.number_densities
+
+    @property
+    def densities(self) -> Array:
+        """Mass densities, (N,) [mass/length^D]; read-only view."""
+        return self._core.densities
+
+    @property
+    def pressures(self) -> Array:
+        """Pressures of the equation of state, (N,) [energy/length^D]; read-only view."""
+        return self._core.pressures
+
+    @property
+    def ids(self) -> NDArray[np.uint64]:
+        """Persistent ids, (N,); read-only view."""
+        return self._core.ids
+
+    # --- numbers -----------------------------------------------------------------------------
+
+    @property
+    def momentum(self) -> Array:
+        """Total momentum, (D,) [mass length/time]."""
+        return np.asarray(self._scene.particle_mass * self.velocities.sum(axis=0))
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Sum of m v^2/2 [energy]."""
+        return float(0.5 * self._scene.particle_mass * np.square(self.velocities).sum())
+
+    @property
+    def potential_energy(self) -> float:
+        """Sum of m e(rho), e the integral of P/rho^2 [energy]; its zero depends on the EOS."""
+        from sdpd import _core
+
+        kind, parameters = self._settings["eos"]
+        specific = _core.eos_evaluate(kind, list(parameters), self.densities)[2]
+        return float(self._scene.particle_mass * specific.sum())
+
+    @property
+    def temperature(self) -> float:
+        """Kinetic temperature m sum |v - <v>|^2/(D (N - 1) k_B) [temperature]; 0 for N = 1."""
+        number, dimension = self.velocities.shape
+        peculiar = self.velocities - self.velocities.mean(axis=0)
+        energy = self._scene.particle_mass * float(np.square(peculiar).sum())
+        freedom = dimension * max(1, number - 1)
+        return float(energy / (freedom * self._scene.fluid.boltzmann_constant))
+
+    def force_parts(self, step: int | None = None) -> dict[str, Array]:
+        """The force of the present state, part by part.
+
+        Parameters
+        ----------
+        step : int, optional
+            Step whose noise is wanted; the present one if None.
+
+        Returns
+        -------
+        dict of ndarray, shape (N, D)
+            "conservative", "dissipative", and "random" as velocity Verlet draws it
+            [mass length/time^2].
+        """
+        if step is not None:
+            step = validation.integer("step", step, minimum=0)
+        return self._core.force_parts(step)
+
+    def friction_rate(self) -> float:
+        """Initial decay rate of the velocity autocorrelation in the present state [1/time].
+
+        (1/m) <sum_j g_ij> (a + b/D), without a fit: k_B T/m over it is the short-time diffusion.
+        """
+        return self._core.friction_rate()
+
+    def statistics(self) -> dict[str, Any]:
+        """Sizes and counts of the core: pairs and bytes of the lists, skin, renewals."""
+        return self._core.statistics()
+
+    def refresh(self) -> None:
+        """Bring derived arrays up to date with what was written into positions and velocities.
+
+        Raises
+        ------
+        ValueError
+            If a written value is not finite.
+        """
+        self._core.refresh()
