@@ -217,6 +217,10 @@ impl Engine {
             friction_time: friction_time(&friction, density, dimension),
             n,
             dimension,
+            edge: cell.edges[1..dimension]
+                .iter()
+                .copied()
+                .fold(f64::INFINITY, f64::min),
         };
         let margin = automatic_skin(&model);
         let skin = match settings.skin {

@@ -131,12 +131,9 @@ def simulate(
 
 
 def measure(kernel: str, support: float, *, quick: bool) -> Case:
-    """Averages over configurations; errors from the means of pairs of samples, in sequence."""
-    if quick:
-        options = {"edge": 7, "samples": 4, "apart": 0.02, "wait": 0.1}
-    else:
-        options = {"edge": 10, "samples": 20, "apart": 1.0, "wait": 8.0}
-    found = simulate(kernel, support, seed=1, **options)
+    """Averages over configurations; errors from means of successive ones."""
+    edge, samples, apart, wait = (7, 4, 0.02, 0.1) if quick else (10, 20, 1.0, 8.0)
+    found = simulate(kernel, support, seed=1, edge=edge, samples=samples, apart=apart, wait=wait)
     columns = np.array([[x.density, x.affine, x.relaxed, x.friction] for x in found])
     blocks = columns.reshape(-1, 2 if quick else 4, 4).mean(axis=1)
     estimates = [mean_and_error(column) for column in blocks.T]

@@ -79,9 +79,9 @@ def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def subplots(columns: int = 1, *, width: float = 7.2, height: float = 3.2, **options: Any) -> Any:
     """A figure in the style of the docs and its axes."""
-    import matplotlib
+    import matplotlib as mpl
 
-    matplotlib.use("Agg")
+    mpl.use("Agg")
     import matplotlib.pyplot as plt
 
     plt.rcParams.update(

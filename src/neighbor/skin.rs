@@ -14,6 +14,8 @@ pub struct SkinModel {
     pub n: usize,
     /// D.
     pub dimension: usize,
+    /// Shortest edge of the box along which blocks are cut [h]; the first axis has long blocks.
+    pub edge: f64,
 }
 
 impl SkinModel {
@@ -50,7 +52,11 @@ pub fn automatic_skin(model: &SkinModel) -> f64 {
             }
         }
         // Pairs in the skin cost less than pairs that interact, but not much less.
-        let cost = (1.0 + skin).powi(model.dimension as i32) + REBUILD / low;
+        let mut cost = (1.0 + skin).powi(model.dimension as i32) + REBUILD / low;
+        if model.edge < 4.0 * (1.0 + skin) {
+            // Fewer than four blocks along an axis: no two of one colour, nothing to share out.
+            cost *= 1.2;
+        }
         if cost < best.0 {
             best = (cost, skin);
         }
@@ -70,6 +76,7 @@ mod tests {
             friction_time: 2.0,
             n: 3375,
             dimension: 3,
+            edge: 100.0,
         };
         let skins: Vec<f64> = [1e-6, 1e-4, 1e-3, 1e-2]
             .iter()
@@ -77,5 +84,10 @@ mod tests {
             .collect();
         assert!(skins.windows(2).all(|w| w[0] <= w[1]), "{skins:?}");
         assert!(skins[0] <= 0.02 && skins[3] > 0.1);
+        let snug = SkinModel {
+            edge: 4.0 * (1.0 + 0.9 * skins[3]),
+            ..model(1e-2)
+        };
+        assert!(4.0 * (1.0 + automatic_skin(&snug)) <= snug.edge);
     }
 }

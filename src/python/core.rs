@@ -102,7 +102,8 @@ impl Core {
         }
     }
 
-    /// Takes over what the user wrote into positions and velocities since the last export.
+    /// Takes over what the user wrote into positions and velocities since the last export, and
+    /// brings the derived arrays up to date with it.
     fn import(&self, py: Python<'_>, engine: &mut Engine) -> PyResult<()> {
         let d = self.dimension;
         let positions = self.columns.positions.elements(py);
@@ -147,7 +148,9 @@ impl Core {
             }
             engine.place(slot, position, velocity);
         }
-        engine.renew(lists).map_err(|e| to_python(py, &e))
+        engine.renew(lists).map_err(|e| to_python(py, &e))?;
+        self.export(py, engine);
+        Ok(())
     }
 
     fn by_row(&self, py: Python<'_>, engine: &Engine, records: &[[f64; 4]]) -> Py<PyArray2<f64>> {
@@ -352,10 +355,7 @@ impl Core {
 
     /// Brings derived arrays up to date with what the user wrote.
     fn refresh(&self, py: Python<'_>) -> PyResult<()> {
-        let mut engine = self.lock()?;
-        self.import(py, &mut engine)?;
-        self.export(py, &engine);
-        Ok(())
+        self.import(py, &mut *self.lock()?)
     }
 
     /// Conservative, dissipative and random force (the last as velocity Verlet draws it at the

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sdpd import fluids, kernels, validation
 from sdpd import equations_of_state as eos
+from sdpd import fluids, kernels, validation
 from sdpd.box import Box
 from sdpd.equations_of_state import EquationOfState
 from sdpd.fluids import Fluid

@@ -107,6 +107,10 @@ class CaseResult:
         """tau as measured [time]."""
         return 1.0 / self.exact_rate.value
 
+    def is_steady(self, level: float) -> bool:
+        """Whether no drift is significant at that level, of all drifts together."""
+        return all(drift.p(0.0) >= level / len(self.drifts) for drift in self.drifts.values())
+
     def schmidt(self, diffusion: Estimate) -> Estimate:
         """eta/(rho D) at the mean density of the fluid."""
         return diffusion.reciprocal(self.scene.fluid.kinematic_viscosity)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import os
 import queue
+import signal
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sdpd import progress as bars
 from sdpd import validation
@@ -19,6 +20,9 @@ from sdpd.diffusion.measure import Sample, replica_seed, run_replica
 from sdpd.diffusion.plan import CORE_MINUTES, Plan, plan_case, quick_plan
 from sdpd.diffusion.results import CaseResult, Limits, assess, evaluate
 from sdpd.scene import Scene
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 __all__ = ["QUICK_PARTICLES", "Study", "run_study"]
 
@@ -203,7 +207,7 @@ class _Bar:
                 bar_format="{percentage:3.0f}% |{bar}| {elapsed}, {remaining} left  {postfix}",
             )
 
-    def __enter__(self) -> _Bar:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -234,18 +238,17 @@ def _run(tasks: list[_Task], processes: int, bar: _Bar) -> list[tuple[_Task, Sam
 
     # a forked child would inherit the threads of the core: start afresh
     context = multiprocessing.get_context("spawn")
-    reports: Any = context.Queue()
+    channel = (context.Queue(), context.Event())
     with ProcessPoolExecutor(
-        processes, mp_context=context, initializer=_adopt_queue, initargs=(reports,)
+        processes, mp_context=context, initializer=_adopt, initargs=channel
     ) as pool:
         futures = [pool.submit(_work, task) for task in tasks]
         try:
-            _watch(futures, reports, bar)
+            _watch(futures, channel[0], bar)
             return [(task, future.result()) for task, future in zip(tasks, futures, strict=True)]
         except BaseException:
+            channel[1].set()  # the others stop at their next report
             pool.shutdown(wait=False, cancel_futures=True)
-            for child in multiprocessing.active_children():
-                child.terminate()
             raise
 
 
@@ -267,17 +270,27 @@ def _reporter(task: _Task, put: Callable[[int, int, str], None]) -> Callable[[in
     return lambda steps, what: put(task.job, steps, what)
 
 
-_queue: Any = None
+class _StoppedError(RuntimeError):
+    """Raised in a worker when another one has failed or Ctrl-C was pressed."""
 
 
-def _adopt_queue(reports: Any) -> None:
-    """In a worker: where to report to."""
-    global _queue
-    _queue = reports
+_channel: Any = None
+
+
+def _adopt(reports: Any, stop: Any) -> None:
+    """In a worker: where to report to, and when to stop. Ctrl-C is for the parent."""
+    global _channel
+    _channel = reports, stop
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _work(task: _Task) -> Sample:
     """In a worker: run one replica."""
-    return run_replica(
-        task.scene, task.plan, task.seed, _reporter(task, lambda *report: _queue.put(report))
-    )
+    reports, stop = _channel
+
+    def put(*report: Any) -> None:
+        if stop.is_set():
+            raise _StoppedError
+        reports.put(report)
+
+    return run_replica(task.scene, task.plan, task.seed, _reporter(task, put))

@@ -1,0 +1,266 @@
+"""The command ``sdpd``: the main job, and a look at scenes without writing Python."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sdpd.errors import SdpdWarning, SimulationError
+
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
+
+__all__ = ["main"]
+
+OK, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Those of the process if None.
+
+    Returns
+    -------
+    int
+        0, or 1 if a criterion or a run failed, 2 for bad arguments, 130 after Ctrl-C.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # Greek letters on a terminal that knows none
+            stream.reconfigure(errors="replace")
+    options = _parser().parse_args(arguments)
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = _show_warning
+            warnings.simplefilter("always", SdpdWarning)
+            return int(options.run(options))
+    except (ValueError, TypeError, OSError, ImportError) as error:
+        print(f"sdpd {options.command}: {error}", file=sys.stderr)
+        return REFUSED
+    except SimulationError as error:
+        print(f"sdpd {options.command}: the run blew up: {error}", file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print(f"sdpd {options.command}: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _show_warning(message: Any, category: type[Warning], *_: Any, **__: Any) -> None:
+    print(f"sdpd: {category.__name__}: {message}", file=sys.stderr)
+
+
+# --- what the subcommands do ------------------------------------------------------------------
+
+
+def _diffusion(options: argparse.Namespace) -> int:
+    from sdpd import diffusion
+
+    figures = importlib.util.find_spec("matplotlib") is not None
+    if not figures:
+        print("no figures: matplotlib is missing (pip install 'sdpd[plot]')", file=sys.stderr)
+    numbers = options.cases
+    if options.full:
+        if numbers is not None:
+            raise ValueError("`--cases` and `--full` exclude each other")
+        numbers = tuple(diffusion.TABLES[options.fluid])
+    study = diffusion.run_study(
+        fluid=options.fluid,
+        cases=numbers,
+        kernel=options.kernel,
+        equation_of_state=options.eos,
+        sound_ratio=options.sound_ratio,
+        seed=options.seed,
+        core_minutes=options.core_minutes,
+        quick=options.quick,
+        processes=options.processes,
+        progress=not options.no_progress,
+    )
+    print(study)
+    if options.output is not None:
+        paths = diffusion.write(study, options.output)
+        if figures:
+            paths += diffusion.write_figures(study, options.output)
+        print("\nwritten: " + ", ".join(map(str, paths)))
+    return OK if study.passed else FAILED
+
+
+def _regime(options: argparse.Namespace) -> int:
+    scene = _scene(options.scene)
+    print(scene)
+    print()
+    print(scene.regime())
+    return OK
+
+
+def _cost(options: argparse.Namespace) -> int:
+    print(_scene(options.scene).cost(options.integrator))
+    return OK
+
+
+def _run(options: argparse.Namespace) -> int:
+    from sdpd import h5md
+    from sdpd.observers import Thermodynamics
+    from sdpd.simulation import Simulation
+
+    scene = _scene(options.scene)
+    folder = Path(options.output)
+    folder.mkdir(parents=True, exist_ok=True)
+    simulation = Simulation(
+        scene,
+        integrator=options.integrator,
+        dt="auto" if options.dt is None else options.dt,
+        seed=options.seed,
+        threads=options.threads,
+    )
+    thermo = Thermodynamics(every=options.every)
+    trajectory = h5md.Trajectory(folder / "trajectory.h5md", every=options.every)
+    simulation.run(
+        steps=options.steps,
+        time=options.time,
+        observe=[thermo, trajectory],
+        progress=False if options.no_progress else None,
+    )
+    thermo.to_csv(folder / "thermodynamics.csv")
+    simulation.save(folder / "final.sdpd")
+    print(simulation)
+    names = ("trajectory.h5md", "thermodynamics.csv", "final.sdpd")
+    print("written: " + ", ".join(str(folder / name) for name in names))
+    return OK
+
+
+def _kernels(options: argparse.Namespace) -> int:
+    from sdpd import discretization
+    from sdpd.units import table
+
+    header = ["kernel", "h/dx", "pairs", "d/n", "eta_eff/eta", "friction", "may pair above X"]
+    rows = [
+        [
+            row.kernel,
+            f"{row.support:g}",
+            f"{row.pairs:.0f}",
+            f"{row.density:.4f}",
+            f"{row.viscosity:.3f}",
+            f"{row.friction:.2f}",
+            f"{row.pairing_limit:.3g}",
+        ]
+        for row in discretization.kernel_table(dimension=options.dimension)
+    ]
+    print(
+        f"{options.dimension}D, on the lattice, zero bulk viscosity; friction: over its mean field"
+    )
+    print(table(rows, header))
+    return OK
+
+
+def _version(options: argparse.Namespace) -> int:
+    from sdpd import __version__
+
+    print(f"sdpd {__version__}")
+    return OK
+
+
+def _scene(path: str) -> Scene:
+    from sdpd.scene import Scene
+
+    return Scene.from_toml(Path(path))
+
+
+# --- the options ------------------------------------------------------------------------------
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    try:
+        return tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected numbers like 1,3,5, got {text!r}") from None
+
+
+def _parser() -> argparse.ArgumentParser:
+    from sdpd import __version__
+
+    parser = argparse.ArgumentParser(
+        prog="sdpd",
+        description="Fluctuating hydrodynamics with particles (SDPD). `sdpd diffusion` is the main "
+        "job.",
+    )
+    parser.add_argument("--version", action="version", version=f"sdpd {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _diffusion_options(commands)
+    for name, run, text in (
+        ("regime", _regime, "dimensionless numbers of a scene and what they mean"),
+        ("cost", _cost, "memory, pairs and every bound on the time step of a scene"),
+        ("run", _run, "run a scene; writes a trajectory, a time series and the final state"),
+    ):
+        command = commands.add_parser(name, help=text, description=text)
+        command.set_defaults(run=run)
+        command.add_argument("scene", metavar="SCENE.toml")
+        if name != "regime":
+            command.add_argument("--integrator", help="pair_splitting or velocity_verlet")
+        if name == "run":
+            _run_options(command)
+    text = "lattice factors of every kernel and support"
+    command = commands.add_parser("kernels", help=text, description=text)
+    command.add_argument("--dimension", type=int, choices=(2, 3), default=3)
+    command.set_defaults(run=_kernels)
+    command = commands.add_parser("version", help="print the version")
+    command.set_defaults(run=_version)
+    return parser
+
+
+def _diffusion_options(commands: Any) -> None:
+    from sdpd import kernels
+
+    text = "self-diffusion of water against particle size: Yang (2013), Tables 7 and 8"
+    command = commands.add_parser("diffusion", help=text, description=f"sdpd diffusion: {text}.")
+    command.set_defaults(run=_diffusion)
+    add = command.add_argument
+    add("--full", action="store_true", help="every case of the table")
+    add("--cases", type=_numbers, metavar="N,N", help="these cases of the table")
+    add("--fluid", choices=("water", "nitrogen"), default="water", help="Table 7 or Table 8")
+    add("--quick", action="store_true", help="small boxes: seconds, larger errors, wider limits")
+    add("-o", "--output", metavar="DIR", help="write table, summary and figures there")
+    add("--seed", type=int, default=1, help="key of all randomness (default 1)")
+    add("--processes", type=int, help="run side by side (default: processors at hand)")
+    add(
+        "--core-minutes",
+        type=float,
+        default=1.4,
+        metavar="M",
+        help="work a case, in minutes of one ordinary core (default 1.4); sets the steps, so "
+        "that results do not depend on the clock",
+    )
+    add(
+        "--sound-ratio",
+        type=float,
+        default=10.0,
+        metavar="R",
+        help="sound speed over sqrt(kT/m) (default 10); try 5 and 20",
+    )
+    add("--kernel", choices=kernels.names(), default="lucy", help="default: lucy, as published")
+    add(
+        "--eos",
+        choices=("artificial_compressibility", "ideal_gas", "linear", "tait"),
+        help="default: artificial compressibility for water, ideal gas for nitrogen, as published",
+    )
+    add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _run_options(command: argparse.ArgumentParser) -> None:
+    add = command.add_argument
+    duration = command.add_mutually_exclusive_group(required=True)
+    duration.add_argument("--steps", type=int, help="number of steps")
+    duration.add_argument("--time", type=float, help="simulated time")
+    add("-o", "--output", metavar="DIR", required=True, help="folder to write to")
+    add("--dt", type=float, help="time step (default: the smallest bound)")
+    add("--every", type=int, default=100, help="steps between samples (default 100)")
+    add("--seed", type=int, default=0, help="key of all randomness (default 0)")
+    add("--threads", type=int, help="threads (default: processors at hand)")
+    add("--no-progress", action="store_true", help="no progress bar")

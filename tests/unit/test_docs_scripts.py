@@ -1,0 +1,73 @@
+"""Each script of docs/scripts runs at a size of seconds and writes its table."""
+
+import importlib
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "docs" / "scripts"
+# where a value of the table is known: a cell of the first column, and a word of its row
+TABLES = {
+    "discrete_factors": "| Lucy | 2.2 | 22 | 1.0159 | 0.950 | 0.983 | 0.963 | 0.810 |",
+    "default_kernel": "| **Wendland C2** | none |",
+    "delivered_viscosity": "| $\\Delta t/\\tau$ | Lucy 3 | Wendland C2 3 |",
+    "verlet_temperature": "| one mode, slope | +0.000 | -0.250 | -0.500 |",
+    "noise": "| excess kurtosis of the velocity components |",
+    "performance": "| pair splitting | 1 | 2.000 |",
+}
+FIGURES = {"discrete_factors", "default_kernel", "delivered_viscosity", "verlet_temperature"}
+
+
+@pytest.fixture
+def script(monkeypatch):
+    before = set(sys.modules)
+    monkeypatch.syspath_prepend(str(SCRIPTS))
+    yield importlib.import_module
+    for name in {"report", *TABLES} & (set(sys.modules) - before):
+        del sys.modules[name]
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_script_writes_its_table(script, name, tmp_path):
+    if name in FIGURES:
+        pytest.importorskip("matplotlib")
+    script(name).main(["--quick", "--output", str(tmp_path)])
+    text = (tmp_path / "generated" / f"{name}.md").read_text(encoding="utf-8")
+    assert TABLES[name] in text
+    assert "nan" not in text
+    assert f"`python docs/scripts/{name}.py --quick`" in text
+    columns = {line.count("|") for line in text.split("\n\n")[0].splitlines() if line[:1] == "|"}
+    assert len(columns) <= 1
+    assert (tmp_path / "figures" / f"{name}.png").exists() == (name in FIGURES)
+    if name == "performance":
+        document = json.loads((tmp_path / "generated" / f"{name}.json").read_text())
+        assert {"best", "median", "bytes_per_particle"} <= set(document["rows"][0])
+
+
+def test_averages(script):
+    report = script("report")
+    mean, error = report.mean_and_error([1.0, 2.0, 3.0])
+    assert (mean, error) == (2.0, pytest.approx(3**-0.5))
+    assert report.blocked([1.0, 3.0, 1.0, 3.0], 2) == (2.0, 0.0)
+    assert report.shown(0.12345, 0.0012) == "0.1235 ± 0.0012"
+    assert report.shown(0.5, float("nan"), signed=True) == "+0.5000"
+
+
+def test_orientation_average_is_the_sum_over_all_directions(script):
+    """sum of F s^2 [a/D + b/(D (D + 2))] d^-2 n/2 over the lattice (docs/theory)."""
+    import numpy as np
+
+    import sdpd
+
+    factors = script("discrete_factors")
+    axis = np.arange(-3, 4.0)
+    offsets = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    square = np.square(offsets).sum(axis=1)
+    w, f = sdpd.kernels.evaluate("wendland_c2", 3, np.sqrt(square), 2.6)
+    expected = 0.5 * (f * square).sum() / w.sum() ** 2 * (5 / 9 + 1 / 9)
+    row = sdpd.discretization.kernel_table(names=["wendland_c2"], supports=[2.6])[0]
+    diagonal = factors.diagonal_viscosity("wendland_c2", 3, 2.6)
+    found = factors.average_viscosity(row.viscosity, diagonal, 3)
+    assert found == pytest.approx(expected, rel=1e-5)
