@@ -96,7 +96,7 @@ def physics(
 
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("noise", __doc__, argv)
-    edge, duration, repeats, steps = (6, 64.0, 3, 5) if report.quick else (10, 1024.0, 31, 60)
+    edge, duration, repeats, steps = (6, 64.0, 3, 5) if report.quick else (10, 3072.0, 31, 60)
     start = simulation(edge, "uniform")
     start.run(time=0.5 if report.quick else 5.0, progress=False)
     positions = np.array(start.positions)

@@ -128,8 +128,9 @@ def blocked(series: Any, blocks: int = 32) -> tuple[float, float]:
 
 
 def shown(value: float, error: float, *, digits: int = 4, signed: bool = False) -> str:
-    """`0.9987 ± 0.0003`: two digits of the error, but at most so many decimals."""
+    """`0.9987 ± 0.0003`: two digits of the error, but at most so many decimals, and not 0."""
     if math.isfinite(error) and error > 0.0:
         digits = min(digits, max(0, 1 - math.floor(math.log10(error))))
+        error = max(error, 10.0**-digits)
     text = f"{value:{'+' if signed else ''}.{digits}f}"
     return f"{text} ± {error:.{digits}f}" if math.isfinite(error) else text

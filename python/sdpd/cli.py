@@ -232,9 +232,9 @@ def _diffusion_options(commands: Any) -> None:
     add(
         "--core-minutes",
         type=float,
-        default=1.4,
+        default=1.2,
         metavar="M",
-        help="work a case, in minutes of one ordinary core (default 1.4); sets the steps, so "
+        help="work a case, in minutes of one ordinary core (default 1.2); sets the steps, so "
         "that results do not depend on the clock",
     )
     add(

@@ -73,7 +73,9 @@ pub fn pair_counter(id_a: u64, id_b: u64) -> [u64; 2] {
     } else {
         (id_b, id_a)
     };
-    let mixed = fmix64((low >> 32) | (high & 0xffff_ffff_0000_0000));
+    // Ids are counted from 0, so the mixing is hardly ever needed; fmix64(0) = 0.
+    let beyond = (low >> 32) | (high & 0xffff_ffff_0000_0000);
+    let mixed = if beyond == 0 { 0 } else { fmix64(beyond) };
     [
         (low & 0xffff_ffff) ^ (mixed & 0xffff_ffff),
         (high & 0xffff_ffff) ^ (mixed >> 32),

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "docs" / "scripts"
-# where a value of the table is known: a cell of the first column, and a word of its row
+# a piece that each table must hold
 TABLES = {
     "discrete_factors": "| Lucy | 2.2 | 22 | 1.0159 | 0.950 | 0.983 | 0.963 | 0.810 |",
     "default_kernel": "| **Wendland C2** | none |",
@@ -71,3 +71,20 @@ def test_orientation_average_is_the_sum_over_all_directions(script):
     diagonal = factors.diagonal_viscosity("wendland_c2", 3, 2.6)
     found = factors.average_viscosity(row.viscosity, diagonal, 3)
     assert found == pytest.approx(expected, rel=1e-5)
+
+
+def test_frozen_factors_of_a_lattice_are_the_lattice_sums(script):
+    """On a lattice plane waves are eigenvectors: nothing relaxes."""
+    import numpy as np
+
+    import sdpd
+
+    default = script("default_kernel")
+    grid = np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
+    found = default.frozen_factors(grid, 6.0, "wendland_c2", 2.6)
+    row = sdpd.discretization.kernel_table(names=["wendland_c2"], supports=[2.6])[0]
+    _, average = default.lattice("wendland_c2", 2.6)
+    assert found.density == pytest.approx(row.density, rel=1e-12)
+    assert found.friction == pytest.approx(row.friction, rel=1e-12)
+    assert found.affine == pytest.approx(average, rel=1e-5)
+    assert found.relaxed == pytest.approx(found.affine, rel=1e-6)

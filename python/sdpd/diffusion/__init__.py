@@ -25,9 +25,10 @@ from sdpd.diffusion.cases import (
 )
 from sdpd.diffusion.collective import CollectiveTheory, collective_theory
 from sdpd.diffusion.figures import plot_diffusion, plot_schmidt, write_figures
+from sdpd.diffusion.files import rows, write
 from sdpd.diffusion.measure import Sample, run_replica
 from sdpd.diffusion.plan import CORE_MINUTES, Plan, plan_case, quick_plan
-from sdpd.diffusion.report import report, rows, tables, write
+from sdpd.diffusion.report import report, tables
 from sdpd.diffusion.results import CaseResult, Limits, assess, evaluate
 from sdpd.diffusion.study import QUICK_PARTICLES, Study, run_study
 

@@ -152,10 +152,11 @@ def _lines(study: Study, axes: Any, convert: Convert) -> None:
     molecular = results[0].formulas.molecular
     if molecular is None:
         return
-    for level, style, text in (
+    levels: tuple[tuple[float, Any, str], ...] = (
         (molecular, "-.", rf"molecules: $k_BT/(2\pi\eta\,2R)$ = {molecular:.3g} m$^2$/s (Y 3.6)"),
         (EXPERIMENTAL_WATER, (0, (1, 1)), f"experiment: {EXPERIMENTAL_WATER:.2g} m$^2$/s"),
-    ):
+    )
+    for level, style, text in levels:
         axes.axhline(
             convert(level), linestyle=style, color="0.5", linewidth=1.3, label=text, zorder=1
         )

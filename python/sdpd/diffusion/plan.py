@@ -17,8 +17,8 @@ __all__ = ["CORE_MINUTES", "PAIRS_PER_SECOND", "Plan", "plan_case", "quick_plan"
 
 # Pairs per second of one ordinary core with the pair splitting: only to turn minutes into steps.
 PAIRS_PER_SECOND = 1.2e7
-# Per case: five cases on two cores take about four minutes.
-CORE_MINUTES = 1.4
+# Per case: five cases on two cores take about three and a half minutes.
+CORE_MINUTES = 1.2
 POINTS = 32  # lags on each level of the correlator
 
 
@@ -73,12 +73,12 @@ class Plan:
     def window(self) -> tuple[float, float]:
         """Lags of the fit to the mean-square displacement [time]."""
         length = self.long_steps * self.long
-        return 0.3 * length, 0.8 * length
+        return 0.4 * length, 0.9 * length
 
     @property
     def cutoff(self) -> float:
         """Last lag of the integral of the VACF [time]: a power of two below the end of a block."""
-        octaves = max(0, math.floor(math.log2(0.8 * self.long_steps / POINTS)))
+        octaves = max(0, math.floor(math.log2(0.9 * self.long_steps / POINTS)))
         return float(POINTS * 2**octaves * self.long)
 
     @property
@@ -93,6 +93,11 @@ def _steps(scene: Scene) -> tuple[float, float, float]:
     bounds = [b.value for b in timestep.bounds(scene, "pair_splitting") if b.name not in friction]
     tau, large = scene.friction_time, min(bounds)
     return large, min(0.05 * tau, large), min(0.5 * tau, large)
+
+
+def _renewal(scene: Scene) -> int:
+    """Large steps after which the density has forgotten: four times its measured memory."""
+    return round(40.0 * max(1.0, math.sqrt(scene.stiffness / 100.0)))
 
 
 def plan_case(scene: Scene, *, core_minutes: float = CORE_MINUTES) -> Plan:
@@ -111,8 +116,8 @@ def plan_case(scene: Scene, *, core_minutes: float = CORE_MINUTES) -> Plan:
     """
     minutes = validation.positive("core_minutes", core_minutes)
     pairs = scene.n_particles * scene.pairs_per_particle
-    replicas, blocks = 2, 8
-    equilibration, renewal, short_steps = (300, 60, 60), (24, 8), 40
+    replicas, blocks, short_steps = 2, 8, 40
+    equilibration, renewal = (300, 60, 60), (_renewal(scene), 8)
     total = 60.0 * minutes * PAIRS_PER_SECOND / pairs / replicas
     length = (total - sum(equilibration)) / blocks - sum(renewal) - short_steps
     large, short, long = _steps(scene)
@@ -138,8 +143,8 @@ def quick_plan(scene: Scene) -> Plan:
         long=long,
         replicas=1,
         blocks=8,
-        equilibration=(120, 20, 20),
-        renewal=(4, 2),
+        equilibration=(160, 20, 20),
+        renewal=(16, 4),
         short_steps=24,
         long_steps=2 * POINTS,
     )

@@ -1,15 +1,11 @@
-"""The study as text, CSV and JSON."""
+"""The study as text: tables, what they say, and the verdict."""
 
 from __future__ import annotations
 
-import csv
-import json
 import math
-import os
 import textwrap
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sdpd.analysis.estimate import Estimate
 from sdpd.diffusion.cases import EXPERIMENTAL_WATER
@@ -19,18 +15,19 @@ if TYPE_CHECKING:
     from sdpd.diffusion.results import CaseResult
     from sdpd.diffusion.study import Study
 
-__all__ = ["report", "rows", "tables", "write"]
+__all__ = ["conclusion", "report", "tables", "verdict"]
 
 _NAMES = {"water": "Table 7, liquid water", "nitrogen": "Table 8, nitrogen gas"}
 
 
 def _columns(header: Sequence[str], units: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     """Right-aligned columns under a name and a unit."""
-    every = [list(header), list(units), *map(list, lines)]
+    names = [list(header)] + ([list(units)] if any(units) else [])
+    every = [*names, *map(list, lines)]
     widths = [max(len(line[k]) for line in every) for k in range(len(header))]
     shown = ["  ".join(c.rjust(w) for c, w in zip(line, widths, strict=True)) for line in every]
     rule = "  ".join("-" * width for width in widths)
-    return "\n".join([*shown[:2], rule, *shown[2:]])
+    return "\n".join([*shown[: len(names)], rule, *shown[len(names) :]])
 
 
 def _relative(estimate: Estimate, digits: int = 4) -> str:
@@ -55,11 +52,17 @@ def _length(value: float) -> str:
 
 def tables(study: Study) -> str:
     """Conditions, state, self-diffusion and Schmidt numbers, a line a case."""
-    results = study.results
-    conditions = []
-    for r in results:
-        tau, first, last = r.friction_time, *(r.msd.window or (0.0, 0.0))
-        conditions.append(
+    parts = (_conditions(study), _state(study), _coefficients(study), _schmidt(study))
+    return "\n\n".join(parts)
+
+
+def _conditions(study: Study) -> str:
+    lines = []
+    for r in study.results:
+        tau, plan = r.friction_time, r.plan
+        first, last = r.msd.window or (0.0, 0.0)
+        _, end = r.integral.window or (0.0, 0.0)
+        lines.append(
             [
                 f"{r.case.number}",
                 _length(r.case.edge),
@@ -68,30 +71,45 @@ def tables(study: Study) -> str:
                 f"{r.formulas.size_ratio:.3g}",
                 f"{r.scene.reduced_viscosity:.0f}",
                 f"{tau:.3g}",
-                f"{r.plan.short / tau:.3f}, {r.plan.long / tau:.2f}, {r.plan.large / tau:.1f}",
-                f"{r.plan.steps}",
-                f"{r.plan.sampled / tau:.0f}",
+                f"{plan.short / tau:.3f}, {plan.long / tau:.2f}, {plan.large / tau:.1f}",
+                f"{plan.steps}",
+                f"{plan.sampled / tau:.0f}",
                 f"{first / tau:.0f} to {last / tau:.0f}",
-                f"{r.integral.window[1] / tau:.0f}" if r.integral.window else "",
+                f"{end / tau:.0f}",
                 f"{r.seconds:.0f}",
             ]
         )
-    state = [
+    return (
+        "Conditions (τ: friction time as measured; dt of short and long blocks and of "
+        "equilibration; wall: time of all replicas)\n"
+    ) + _columns(
+        ["case", "L", "N", "h/dx", "size", "η*", "τ", "dt", "steps", "sampled", "MSD lags"]
+        + ["VACF to", "wall"],
+        ["", "", "", "", "dx/2R", "", "s", "τ", "", "τ", "τ", "τ", "s"],
+        lines,
+    )
+
+
+def _state(study: Study) -> str:
+    lines = [
         [
             f"{r.case.number}",
             _plain(r.temperature),
             _plain(r.density),
-            *(
-                f"{100 * d.value:+.2f} ± {100 * d.stderr:.2f}"
-                for d in (r.drifts[name] for name in r.drifts)
-            ),
-            "yes"
-            if all(d.p(0.0) > study.limits.drift_level / 3 for d in r.drifts.values())
-            else "NO",
+            *(f"{100 * d.value:+.2f} ± {100 * d.stderr:.2f}" for d in r.drifts.values()),
+            "yes" if r.is_steady(study.limits.drift_level) else "NO",
         ]
-        for r in results
+        for r in study.results
     ]
-    diffusion = [
+    return "State over the long blocks; drift from the first block to the last\n" + _columns(
+        ["case", "T_kin", "mean density", "drift T", "drift density", "drift P", "steady"],
+        ["", "K", "kg/m³", "%", "%", "%", ""],
+        lines,
+    )
+
+
+def _coefficients(study: Study) -> str:
+    lines = [
         [
             f"{r.case.number}",
             _relative(r.short),
@@ -99,56 +117,38 @@ def tables(study: Study) -> str:
             f"{r.deviation:+.1f}",
             _relative(r.msd),
             _relative(r.integral),
+            f"{-100.0 * _remaining(r, theory):+.1f}",
             f"{r.formulas.continuum:.3e}",
             f"{r.formulas.bird:.3e}",
             f"{r.formulas.dissertation:.3e}",
         ]
-        for r in results
+        for r, theory in zip(study.results, study.collective, strict=True)
     ]
-    schmidt = []
-    for r in results:
-        nu = r.scene.fluid.kinematic_viscosity
+    return (
+        "Self-diffusion [m²/s] ± one standard error (SE); to come: caging beyond the MSD lags, "
+        "mean field\n"
+    ) + _columns(
+        ["case", "short, VACF", "short, exact", "z", "long, MSD", "long, VACF integral"]
+        + ["to come", "D_K", "D_bird", "D_h"],
+        ["", "slope", "⟨Σg(a+b/3)⟩", "SE", "slope/6", "∫C dt", "%", "continuum", "Y 3.7", "Y 3.8"],
+        lines,
+    )
+
+
+def _schmidt(study: Study) -> str:
+    lines = []
+    for r in study.results:
+        nu, lead = r.scene.fluid.kinematic_viscosity, r.formulas
         found = [r.schmidt(e) for e in (r.short, r.msd, r.integral)]
-        lines = [nu / v for v in (r.formulas.continuum, r.formulas.bird, r.formulas.dissertation)]
-        schmidt.append(
+        lines.append(
             [
                 f"{r.case.number}",
-                *(f"{e.value:.4g} ± {e.stderr:.2g}" for e in found),
-                *(f"{value:.4g}" for value in lines),
+                *(f"{e.value:.4g} ± {100.0 * e.relative:.1f} %" for e in found),
+                *(f"{nu / v:.4g}" for v in (lead.continuum, lead.bird, lead.dissertation)),
             ]
         )
-    tau = "τ"
-    return "\n\n".join(
-        [
-            "Conditions (τ: friction time as measured; dt of short blocks, long blocks, "
-            "equilibration)\n"
-            + _columns(
-                ["case", "L", "N", "h/dx", "size", "η*", "τ", "dt", "steps", "sampled", "MSD lags"]
-                + ["VACF to", "core"],
-                ["", "", "", "", "dx/2R", "", "s", tau, "", tau, tau, tau, "s"],
-                conditions,
-            ),
-            "State over the long blocks; drift from the first block to the last\n"
-            + _columns(
-                ["case", "T_kin", "mean density", "drift T", "drift density", "drift P", "steady"],
-                ["", "K", "kg/m³", "%", "%", "%", ""],
-                state,
-            ),
-            "Self-diffusion [m²/s]; the error is one standard error\n"
-            + _columns(
-                ["case", "short, VACF", "short, exact", "z", "long, MSD", "long, VACF integral"]
-                + ["D_K", "D_bird", "D_h"],
-                ["", "slope", "⟨Σg(a+b/3)⟩", "", "slope/6", "∫C dt", "continuum", "Y 3.7", "Y 3.8"],
-                diffusion,
-            ),
-            "Schmidt number η/(ρD)\n"
-            + _columns(
-                ["case", "short, VACF", "long, MSD", "long, VACF integral", "D_K", "D_bird", "D_h"],
-                [""] * 7,
-                schmidt,
-            ),
-        ]
-    )
+    names = ["case", "short, VACF", "long, MSD", "long, VACF integral", "D_K", "D_bird", "D_h"]
+    return "Schmidt number η/(ρD)\n" + _columns(names, [""] * len(names), lines)
 
 
 def _range(values: Sequence[float], form: str = "+.1%") -> str:
@@ -247,97 +247,3 @@ def report(study: Study) -> str:
             f"{EXPERIMENTAL_WATER:g} m²/s (as the dissertation quotes it)"
         )
     return "\n\n".join([*parts, conclusion(study), verdict(study)])
-
-
-def rows(study: Study) -> list[dict[str, Any]]:
-    """One plain dict a case, every estimate with its standard error, in SI units."""
-    found = []
-    for r, theory in zip(study.results, study.collective, strict=True):
-        row: dict[str, Any] = {
-            "case": r.case.number,
-            "edge_m": r.case.edge,
-            "particles": r.scene.n_particles,
-            "support_m": r.case.support_radius,
-            "support_over_spacing": r.scene.resolution.support,
-            "particle_mass_kg": r.scene.particle_mass,
-            "size_ratio": r.formulas.size_ratio,
-            "stiffness_X": r.scene.stiffness,
-            "reduced_viscosity": r.scene.reduced_viscosity,
-            "dt_short_s": r.plan.short,
-            "dt_long_s": r.plan.long,
-            "steps": r.plan.steps,
-            "friction_time_s": r.friction_time,
-        }
-        _put(row, "temperature_K", r.temperature)
-        _put(row, "density_kg_m3", r.density)
-        _put(row, "pressure_Pa", r.pressure)
-        for name, drift in r.drifts.items():
-            _put(row, f"drift_{name}", drift)
-        for name, estimate in _diffusion(r).items():
-            _put(row, f"D_{name}_m2_s", estimate)
-            _put(row, f"Sc_{name}", r.schmidt(estimate))
-        row["short_deviation_in_standard_errors"] = r.deviation
-        for name, window in (("msd", r.msd.window), ("integral", r.integral.window)):
-            row[f"{name}_lag_first_s"], row[f"{name}_lag_last_s"] = window or (None, None)
-        row["msd_step_bias_removed_m2_s"] = r.step_bias
-        row |= {
-            "D_continuum_m2_s": r.formulas.continuum,
-            "D_bird_m2_s": r.formulas.bird,
-            "D_dissertation_m2_s": r.formulas.dissertation,
-            "D_bird_printed_m2_s": r.case.published_bird,
-            "D_dissertation_printed_m2_s": r.case.published_support,
-            "collective_gain": theory.gain,
-            "caging_loss": theory.loss,
-            "D_mean_field_m2_s": theory.long,
-            "core_seconds": r.seconds,
-            "failures": "; ".join(study.failures.get(r.case.name, [])),
-        }
-        found.append(row)
-    return found
-
-
-def _diffusion(r: CaseResult) -> dict[str, Estimate]:
-    return {
-        "short": r.short,
-        "short_exact": r.exact,
-        "long_msd": r.msd,
-        "long_msd_early": r.slopes[0],
-        "long_msd_late": r.slopes[1],
-        "long_integral": r.integral,
-    }
-
-
-def _put(row: dict[str, Any], name: str, estimate: Estimate) -> None:
-    row[name] = estimate.value
-    row[f"{name}_stderr"] = estimate.stderr
-
-
-def write(study: Study, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write diffusion.csv, diffusion.json and diffusion.txt; the folder is made if need be."""
-    from sdpd import __version__
-
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    table = rows(study)
-    paths = [target / f"diffusion.{ending}" for ending in ("csv", "json", "txt")]
-    with paths[0].open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(table[0]))
-        writer.writeheader()
-        writer.writerows(table)
-    summary = {
-        "version": __version__,
-        "fluid": study.fluid,
-        "kernel": study.kernel,
-        "equation_of_state": study.results[0].scene.fluid.equation_of_state.kind,
-        "sound_ratio": study.sound_ratio,
-        "seed": study.seed,
-        "quick": study.quick,
-        "processes": study.processes,
-        "wall_seconds": study.seconds,
-        "passed": study.passed,
-        "failures": study.failures,
-        "cases": table,
-    }
-    paths[1].write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    paths[2].write_text(report(study) + "\n", encoding="utf-8")
-    return paths

@@ -6,6 +6,7 @@ import math
 import os
 import queue
 import signal
+import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -188,6 +189,12 @@ class _Task:
     plan: Plan
     seed: int
 
+    @property
+    def pairs(self) -> float:
+        """Pairs it will visit."""
+        scene = self.scene
+        return self.plan.replica_steps * scene.n_particles * scene.pairs_per_particle
+
 
 class _Bar:
     """Progress over all tasks, in pairs visited."""
@@ -195,8 +202,7 @@ class _Bar:
     def __init__(self, jobs: list[_Job], tasks: list[_Task], progress: bool | None) -> None:
         self._jobs = jobs
         self._pairs = [job.scene.n_particles * job.scene.pairs_per_particle for job in jobs]
-        total = math.fsum(task.plan.replica_steps * self._pairs[task.job] for task in tasks)
-        self._scale = 1000.0 / total
+        self._scale = 1000.0 / math.fsum(task.pairs for task in tasks)
         self._done = 0.0
         self._now: dict[int, str] = {}
         self._bar = None
@@ -204,7 +210,8 @@ class _Bar:
             self._bar = bars.bar(
                 total=1000,
                 progress=progress,
-                bar_format="{percentage:3.0f}% |{bar}| {elapsed}, {remaining} left  {postfix}",
+                mininterval=0.2 if sys.stderr.isatty() else 5.0,
+                bar_format="{percentage:3.0f}% |{bar}| {elapsed}, {remaining} left{postfix}",
             )
 
     def __enter__(self) -> Self:
@@ -242,7 +249,10 @@ def _run(tasks: list[_Task], processes: int, bar: _Bar) -> list[tuple[_Task, Sam
     with ProcessPoolExecutor(
         processes, mp_context=context, initializer=_adopt, initargs=channel
     ) as pool:
-        futures = [pool.submit(_work, task) for task in tasks]
+        # the longest first, so that none is left over at the end
+        order = sorted(range(len(tasks)), key=lambda k: -tasks[k].pairs)
+        submitted = {k: pool.submit(_work, tasks[k]) for k in order}
+        futures = [submitted[k] for k in range(len(tasks))]
         try:
             _watch(futures, channel[0], bar)
             return [(task, future.result()) for task, future in zip(tasks, futures, strict=True)]

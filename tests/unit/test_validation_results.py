@@ -1,0 +1,20 @@
+"""The record of the long tests exists, is complete and belongs to the present physics sources."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.validation import record
+
+CASES = ("diffusion_water",)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_record_is_of_the_present_sources(case: str) -> None:
+    results = record.load()
+    assert case in results, f"no record of {case}: run `make validation`"
+    entry = results[case]
+    assert entry["numbers"], f"the record of {case} is empty"
+    assert entry["physics"] == record.physics_hash(), (
+        f"the physics sources have changed since {case} was recorded: run `make validation`"
+    )

@@ -1,0 +1,82 @@
+"""The record of the long tests: what they measured, on which sources.
+
+`results.json` holds one entry a case: its numbers, the machine, and a hash of the physics sources
+that produced them. A default test (tests/unit/test_validation_results.py) fails when those sources
+have changed since: then `make validation` is due.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import subprocess
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+RESULTS = ROOT / "tests" / "validation" / "results.json"
+
+# What decides a trajectory. The binding, observers and Python layer are covered by default tests.
+PHYSICS = (
+    "domain",
+    "effect.rs",
+    "eos",
+    "integrator",
+    "kernel",
+    "neighbor",
+    "physics",
+    "random",
+    "relax.rs",
+    "simulation.rs",
+    "state.rs",
+    "sweep",
+    "units.rs",
+)
+
+
+def physics_hash() -> str:
+    """Hash of the Rust sources that decide a trajectory, comments and tests included."""
+    digest = hashlib.sha256()
+    for name in PHYSICS:
+        path = ROOT / "src" / name
+        files = sorted(path.rglob("*.rs")) if path.is_dir() else [path]
+        for file in files:
+            digest.update(file.relative_to(ROOT).as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def load() -> dict[str, Any]:
+    """The record, empty where there is none yet."""
+    if not RESULTS.exists():
+        return {}
+    record: dict[str, Any] = json.loads(RESULTS.read_text())
+    return record
+
+
+def _commit() -> str:
+    command = ["git", "rev-parse", "--short", "HEAD"]
+    child = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    return child.stdout.strip() or "unknown"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+def store(case: str, numbers: dict[str, Any]) -> None:
+    """Writes one case into the record, with what it was measured on."""
+    record = load()
+    record[case] = {
+        "physics": physics_hash(),
+        "commit": _commit(),
+        "machine": f"{_processor()}, {platform.system()}",
+        "numbers": numbers,
+    }
+    RESULTS.write_text(json.dumps(record, indent=2, sort_keys=True) + "\n")
