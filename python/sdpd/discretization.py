@@ -44,11 +44,14 @@ class DiscreteFactors:
         eta_eff/eta, of a long shear wave along a lattice axis.
     friction : float
         Friction rate of a particle over (a + b/D) I_F / rho.
+    partners : float
+        Effective number of partners that share the friction of a particle, (sum g)^2/sum g^2.
     """
 
     density: float
     viscosity: float
     friction: float
+    partners: float
 
 
 def pairs_per_particle(dimension: int, support: float) -> float:
@@ -109,6 +112,7 @@ def discrete_factors(
         density=density,
         viscosity=delivered / eta if eta > 0.0 else 1.0,
         friction=float(g.sum()) / mean_field,
+        partners=float(g.sum()) ** 2 / float(g @ g),
     )
 
 

@@ -41,8 +41,9 @@ def test_auto_time_step_is_the_smallest_bound():
     finer = small(resolve_vacf=True)
     assert finer.dt_bound == "velocity autocorrelation"
     assert finer.dt < sim.dt
-    verlet = small(integrator="velocity_verlet", temperature_error=0.01)
-    assert verlet.dt == pytest.approx(2.0 * small(integrator="velocity_verlet").dt)
+    once = sdpd.VelocityVerlet(iterations=1)
+    verlet = small(integrator=once, temperature_error=0.01)
+    assert verlet.dt == pytest.approx(2.0 * small(integrator=once).dt)
 
 
 def test_a_time_step_above_a_bound_warns_with_name_and_value():

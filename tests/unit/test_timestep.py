@@ -72,15 +72,18 @@ def test_splitting():
 
 def test_verlet():
     s = scene()
-    found = named(s, "velocity_verlet")
+    once = sdpd.VelocityVerlet(iterations=1)
+    found = named(s, once)
     tau = s.friction_time
-    assert found["temperature accuracy"].value == pytest.approx(tau / 60, rel=1e-12)
-    wide = named(s, "velocity_verlet", temperature_error=0.01)
-    assert wide["temperature accuracy"].value == pytest.approx(tau / 30, rel=1e-12)
+    assert found["temperature accuracy"].value == pytest.approx(tau * 0.005 / 0.27, rel=1e-12)
+    wide = named(s, once, temperature_error=0.01)
+    assert wide["temperature accuracy"].value == pytest.approx(tau * 0.01 / 0.27, rel=1e-12)
     assert found["viscous stability"].value == pytest.approx(0.03 * 2.2**2 / 20.0)
     assert "velocity autocorrelation" in named(s, "velocity_verlet", resolve_vacf=True)
-    plain = named(s, sdpd.VelocityVerlet(iterations=0))
-    assert plain["temperature accuracy"].value < found["temperature accuracy"].value
+    plain = named(s, "velocity_verlet")
+    assert plain["temperature accuracy"].value > 10.0 * found["temperature accuracy"].value
+    often = named(s, sdpd.VelocityVerlet(iterations=5))
+    assert often["temperature accuracy"].value < found["temperature accuracy"].value
 
 
 def test_viscous_stability_follows_the_friction_rate_of_other_kernels():
@@ -140,9 +143,12 @@ def test_expected_errors():
     tau = s.friction_time
     found = timestep.expected_errors(s, 3.7 * tau)
     assert found.temperature == 0.0
-    assert found.viscosity == pytest.approx(-0.0284)
+    assert found.viscosity == pytest.approx(-0.58 / s.factors.partners)
+    # Lucy at 2.2 has some 19 partners: the measured neighbours of that table lose 2.7 to 2.8 %.
+    assert -0.036 < found.viscosity < -0.026
     assert found.density_variance > 0.0
-    verlet = timestep.expected_errors(s, tau / 60, "velocity_verlet")
+    once = sdpd.VelocityVerlet(iterations=1)
+    verlet = timestep.expected_errors(s, tau * 0.005 / 0.27, once)
     assert verlet.temperature == pytest.approx(-0.005)
     assert verlet.viscosity is None
     assert "temperature -0.50%" in str(verlet)

@@ -185,10 +185,10 @@ def conclusion(study: Study) -> str:
     loss = _range([-t.loss for t in theory])
     rest = _range([-_remaining(r, t) for r, t in zip(results, theory, strict=True)])
     caging = (
-        f"D at short times is {short} off D_K, as a particle has no friction with itself, which "
-        f"the continuum counts. D at long times is {long} off that at short times. Two things "
-        f"differ: momentum given to the neighbours comes back ({gain} in mean field), and the "
-        f"neighbours cage the particle ({loss} in mean field, {rest} of it after the first lag "
+        f"D at short times differs from D_K by {short}, as a particle has no friction with itself, "
+        f"which the continuum counts. D at long times differs from that at short times by {long}: "
+        f"momentum given to the neighbours comes back ({gain} in mean field), and the neighbours "
+        f"cage the particle ({loss} in mean field, of which {rest} builds up beyond the first lag "
         f"of the window; simulations over longer lags show up to twice as much). At X = "
         f"{results[0].scene.stiffness:.0f} cages are soft."
     )
