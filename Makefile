@@ -116,9 +116,7 @@ validation: $(STAMP)-build $(STAMP)-dev
 # ---------------------------------------------------------------------------------- the others
 
 bench: $(STAMP)-build $(STAMP)-plot
-	cargo bench
-	@set -e; for script in $(wildcard benches/*.py); do \
-	  echo "$(BIN)/python $$script"; $(BIN)/python $$script; done
+	$(BIN)/python docs/scripts/performance.py
 
 docs: $(STAMP)-build $(STAMP)-docs
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

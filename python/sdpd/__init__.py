@@ -85,6 +85,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "checkpoint": ("sdpd.checkpoint", None),
     "cli": ("sdpd.cli", None),
     "diffusion": ("sdpd.diffusion", None),
+    "fluctuations": ("sdpd.fluctuations", None),
     "h5md": ("sdpd.h5md", None),
     "interop": ("sdpd.interop", None),
     "load": ("sdpd.checkpoint", "load"),

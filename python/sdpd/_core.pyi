@@ -7,7 +7,21 @@ from numpy.typing import NDArray
 
 _Float: TypeAlias = NDArray[np.float64]
 
-__all__: list[str]
+__all__ = [
+    "Core",
+    "Correlator",
+    "Thermodynamics",
+    "__version__",
+    "eos_evaluate",
+    "kernel_names",
+    "kernel_profile",
+    "normal_velocities",
+    "pair_variates",
+    "philox4x32",
+    "registry_table",
+    "relax_positions",
+    "uniform_positions",
+]
 __version__: str
 
 def kernel_names() -> list[str]: ...
@@ -32,6 +46,7 @@ def uniform_positions(n: int, dimension: int, seed: int) -> _Float: ...
 def relax_positions(
     positions: _Float, edges: list[float], support: float, iterations: int
 ) -> tuple[_Float, float]: ...
+
 @final
 class Thermodynamics:
     @property

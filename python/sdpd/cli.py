@@ -92,6 +92,27 @@ def _diffusion(options: argparse.Namespace) -> int:
     return OK if study.passed else FAILED
 
 
+def _fluctuations(options: argparse.Namespace) -> int:
+    from sdpd import fluctuations
+
+    study = fluctuations.run_fluctuations(
+        _scene(options.scene),
+        seed=options.seed,
+        time_factor=options.time_factor,
+        quick=options.quick,
+        progress=False if options.no_progress else None,
+    )
+    print(study)
+    if options.output is not None:
+        paths = fluctuations.write(study, options.output)
+        if importlib.util.find_spec("matplotlib") is not None:
+            paths.append(fluctuations.write_figure(study, options.output))
+        else:
+            print("no figure: matplotlib is missing (pip install 'sdpd[plot]')", file=sys.stderr)
+        print("\nwritten: " + ", ".join(map(str, paths)))
+    return OK if study.passed else FAILED
+
+
 def _regime(options: argparse.Namespace) -> int:
     scene = _scene(options.scene)
     print(scene)
@@ -194,6 +215,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"sdpd {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _diffusion_options(commands)
+    _fluctuations_options(commands)
     for name, run, text in (
         ("regime", _regime, "dimensionless numbers of a scene and what they mean"),
         ("cost", _cost, "memory, pairs and every bound on the time step of a scene"),
@@ -250,6 +272,19 @@ def _diffusion_options(commands: Any) -> None:
         choices=("artificial_compressibility", "ideal_gas", "linear", "tait"),
         help="default: artificial compressibility for water, ideal gas for nitrogen, as published",
     )
+    add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _fluctuations_options(commands: Any) -> None:
+    text = "equilibrium of a scene: each variance and correlation beside its prediction"
+    command = commands.add_parser("fluctuations", help=text, description=text)
+    command.set_defaults(run=_fluctuations)
+    add = command.add_argument
+    add("scene", metavar="SCENE.toml")
+    add("-o", "--output", metavar="DIR", help="write table, text and figure there")
+    add("--seed", type=int, default=1, help="key of all randomness (default 1)")
+    add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
+    add("--quick", action="store_true", help="seconds, larger errors")
     add("--no-progress", action="store_true", help="no progress bar")
 
 

@@ -35,7 +35,7 @@ ACOUSTIC_STABILITY = 0.6  # of the explicit limit, itself an estimate
 # and 0, 1/4 and 1/2 for one linear mode (docs/theory/time_integration).
 VERLET_TEMPERATURE_SLOPE = (0.015, 0.27, 0.52)
 # Splitting: 1 - delivered over exact viscosity, times the effective number of partners that share
-# the friction, against dt/tau: mean of nine kernels, supports and dimensions, each within 20 % of it
+# the friction, against dt/tau: mean of nine kernels, supports and dimensions, each within 20 %
 # (docs/theory/time_integration).
 SPLITTING_LOSS = (
     (0.0, 0.5, 0.9, 1.3, 1.8, 2.6, 3.7, 5.2, 7.3, 11.0),

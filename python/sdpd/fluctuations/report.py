@@ -1,0 +1,120 @@
+"""The study as text: a table, what it can see, and the verdict."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+from sdpd import timestep
+from sdpd.fluctuations.results import LEVEL
+from sdpd.units import quantity
+
+if TYPE_CHECKING:
+    from sdpd.fluctuations.results import Item
+    from sdpd.fluctuations.study import Study
+
+__all__ = ["report", "threshold"]
+
+
+def threshold(study: Study) -> float:
+    """Standard errors at which one item of this family fails, by Student's t."""
+    from scipy import stats
+
+    share = LEVEL / len(study.items)
+    return float(stats.t.isf(0.5 * share, study.plan.blocks - 1))
+
+
+def report(study: Study) -> str:
+    """Everything the command prints."""
+    return "\n\n".join([_head(study), _table(study), _notes(study), _verdict(study)])
+
+
+def _head(study: Study) -> str:
+    scene, plan = study.scene, study.plan
+    si = scene.fluid.is_si
+    tau, limit = scene.friction_time, timestep.acoustic_limit(scene)
+    sampled = quantity(plan.steps * plan.dt, "s", si=si)
+    return (
+        f"Equilibrium fluctuations: {scene.n_particles} particles in {scene.dimension}D, "
+        f"{scene.resolution.kernel} kernel, h/dx = {scene.resolution.support:g}\n"
+        f"{scene.fluid.equation_of_state.formula}, X = {scene.stiffness:.4g}, "
+        f"P/(rho c^2) = {scene.pressure_number / scene.stiffness:.3g}, "
+        f"eta* = {scene.reduced_viscosity:.3g}\n"
+        f"exact pair splitting, dt = {quantity(plan.dt, 's', si=si)} = {plan.dt / tau:.2f} tau = "
+        f"{plan.dt / limit:.2f} of the acoustic limit\n"
+        f"{plan.equilibration} steps of equilibration, {plan.blocks} blocks of {plan.samples} "
+        f"samples every {plan.every} steps ({sampled}); seed {study.seed}, {study.seconds:.0f} s"
+    )
+
+
+def _table(study: Study) -> str:
+    bound = threshold(study)
+    lines = [["", "measured", "SE", "theory", "", "z", "sees", ""]]
+    group = ""
+    for item, agreed in zip(study.items, study.agreed, strict=True):
+        if item.group != group:
+            group = item.group
+            lines.append([group, *[""] * 7])
+        lines.append(_line(item, agreed, bound))
+    widths = [max(len(line[k]) for line in lines) for k in range(8)]
+    rows = [
+        "  ".join([line[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(line[1:], widths[1:]))])  # noqa: B905
+        for line in lines
+    ]
+    return "\n".join([rows[0].rstrip(), "-" * len(rows[0]), *(row.rstrip() for row in rows[1:])])
+
+
+def _line(item: Item, agreed: bool, bound: float) -> list[str]:
+    estimate = item.estimate
+    kind = "exact" if item.exact else f"± {item.accuracy / abs(item.prediction):.1%}"
+    seen = item.visible(bound)
+    return [
+        f"  {item.name}",
+        f"{estimate.value:.5g}",
+        f"{estimate.stderr:.2g}",
+        f"{item.prediction:.5g}",
+        kind,
+        f"{item.z:+.1f}",
+        f"{seen:.1%}" if seen < 1.0 else "",
+        "ok" if agreed else "FAIL",
+    ]
+
+
+def _notes(study: Study) -> str:
+    parts = [
+        "SE: one standard error, from the blocks. z: distance from theory in SE. Sees: the "
+        "smallest fault, relative to theory, that fails here. Velocities are predicted exactly at "
+        "any dt; the density by the random-phase approximation (RPA) at this dt, with its stated "
+        "accuracy, beyond which an item fails."
+    ]
+    if study.prediction is None:
+        parts.append(
+            "No prediction for the density: the fluid is beyond the pairing limit of its kernel "
+            "and equation of state, where particles clump."
+        )
+    share = 100.0 * study.drift.value
+    parts.append(
+        f"Drift of the density variance from the first half to the second: {share:+.1f} ± "
+        f"{100.0 * study.drift.stderr:.1f} %"
+        + ("." if study.steady else ": NOT STEADY, equilibrate for longer (--time-factor).")
+    )
+    return "\n".join(textwrap.fill(part, 100) for part in parts)
+
+
+def _verdict(study: Study) -> str:
+    failed = [
+        f"{item.group}: {item.name}"
+        for item, agreed in zip(study.items, study.agreed, strict=True)
+        if not agreed
+    ]
+    if not study.steady:
+        failed.append("not steady")
+    if failed:
+        return "\n".join(["FAIL:", *(f"  {line}" for line in failed)])
+    exact = sum(item.exact for item in study.items)
+    text = (
+        f"PASS: {len(study.items)} quantities agree, {exact} of them predicted exactly; fails "
+        f"beyond {threshold(study):.1f} SE (Student t with {study.plan.blocks - 1} degrees of "
+        f"freedom, {LEVEL:.0%} for the whole family by Bonferroni)."
+    )
+    return textwrap.fill(text, 100)
