@@ -7,7 +7,8 @@
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 use crate::domain::PeriodicBox;
-use crate::kernel::{Kernel, WendlandC2};
+use crate::error::Result;
+use crate::kernel::WendlandC2;
 use crate::neighbor::{Grid, PairList};
 use crate::physics::{Frictionless, PairFriction};
 use crate::random::{Sequence, Silent, Stream, SweepKey};
@@ -38,13 +39,14 @@ pub fn uniform_positions(n: usize, dimension: usize, seed: u64) -> Vec<f64> {
         .collect()
 }
 
-/// Relaxes positions [h], row by row, in place. Returns the relative standard deviation of the
-/// kernel density at the end.
+/// Relaxes positions [h], row by row, in place: iterations `slice` of `total`, which a caller may do
+/// in several calls. Returns the relative standard deviation of the kernel density at the end.
 pub fn relax<const D: usize>(
     positions: &mut [[f64; 3]],
     cell: &PeriodicBox,
-    iterations: u32,
-) -> f64 {
+    slice: std::ops::Range<u32>,
+    total: u32,
+) -> Result<f64> {
     let n = positions.len();
     let volume: f64 = cell.edges[..D].iter().product();
     let spacing = (volume / n as f64).powf(1.0 / D as f64);
@@ -63,10 +65,13 @@ pub fn relax<const D: usize>(
     .kick(1.0);
     let key = SweepKey::new(0, Stream::InitialPosition, 0, 0);
     let mut stale = true;
-    for iteration in 0..iterations {
+    for iteration in slice {
         if stale {
             grid.renew(cell, D, &mut particles);
             list.build::<D>(&grid, cell, &particles, 1.0 + skin, false);
+            if list.overflow {
+                return Err(list.overflow_error());
+            }
         }
         for record in &mut particles.velocity {
             record[3] = 1.0;
@@ -90,7 +95,7 @@ pub fn relax<const D: usize>(
             break;
         }
         // Step: limited for the worst particle, and falling so that the packing settles.
-        let progress = f64::from(iteration) / f64::from(iterations);
+        let progress = f64::from(iteration) / f64::from(total);
         let step = 0.2 * spacing * (1.0 - 0.9 * progress) / largest;
         stale = false;
         for slot in 0..n {
@@ -113,6 +118,5 @@ pub fn relax<const D: usize>(
     }
     let mean = particles.density.iter().sum::<f64>() / n as f64;
     let variance: f64 = particles.density.iter().map(|d| (d - mean).powi(2)).sum();
-    debug_assert!(WendlandC2::w::<D>(0.0) > 0.0);
-    (variance / n as f64).sqrt() / mean
+    Ok((variance / n as f64).sqrt() / mean)
 }

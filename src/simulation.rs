@@ -51,6 +51,8 @@ pub struct Settings {
     pub seed: u64,
     /// List skin `[length]`; `None`: the margin.
     pub skin: Option<f64>,
+    /// Speed of flow to expect `[velocity]`: a hint for how long lists last.
+    pub flow_speed: f64,
     /// Threads.
     pub threads: usize,
 }
@@ -213,7 +215,12 @@ impl Engine {
         let density = n as f64 / volume / units.number_density();
         let model = SkinModel {
             dt: dt / units.time(),
-            speed: friction.thermal_energy.sqrt().max(1e-4),
+            speed: if settings.combination.noise == "none" {
+                0.0
+            } else {
+                friction.thermal_energy.sqrt()
+            },
+            drift: non_negative("flow_speed", settings.flow_speed)? / units.velocity,
             friction_time: friction_time(&friction, density, dimension),
             n,
             dimension,
@@ -314,9 +321,15 @@ impl Engine {
         Ok(())
     }
 
-    /// First half of restoring a state whose particles are in place except for their positions:
+    /// Last part of restoring a state whose particles are in place except for positions and forces:
     /// grid and list become those of the references (an empty list reference: those of the grid).
-    pub fn restore_lists(&mut self, grid: &[[f64; 3]], list: &[[f64; 3]], present: &[[f64; 4]]) {
+    pub fn restore(
+        &mut self,
+        grid: &[[f64; 3]],
+        list: &[[f64; 3]],
+        position: &[[f64; 4]],
+        force: &[[f64; 4]],
+    ) {
         let integrator = Arc::clone(&self.integrator);
         let pool = Arc::clone(&self.pool);
         let dt = self.clock.dt / self.units.time();
@@ -330,17 +343,10 @@ impl Engine {
         pool.install(|| {
             // The particles are finite, so only an oversized region could fail, and it did not before.
             let _ = integrator.rebuild(self, false);
-            let (force, velocity) = (
-                self.particles.force.clone(),
-                self.particles.velocity.clone(),
-            );
-            self.particles.position.copy_from_slice(present);
+            self.particles.position.copy_from_slice(position);
             let _ = integrator.refresh(self, dt);
-            self.particles.force.copy_from_slice(&force);
-            for (v, old) in self.particles.velocity.iter_mut().zip(&velocity) {
-                v[..3].copy_from_slice(&old[..3]);
-            }
         });
+        self.particles.force.copy_from_slice(force);
         self.forces_for = Some(self.clock.dt);
     }
 
@@ -374,6 +380,9 @@ impl Engine {
                 dt,
             };
         }
+        if self.list.overflow {
+            return Err(self.list.overflow_error());
+        }
         if self.forces_for != Some(dt) {
             self.renew(false)?;
         }
@@ -381,7 +390,10 @@ impl Engine {
         let pool = Arc::clone(&self.pool);
         let scaled = dt / self.units.time();
         self.each_observer(|observer| observer.begin());
-        let result = pool.install(|| integrator.run(self, steps, scaled));
+        let result = pool
+            .install(|| integrator.run(self, steps, scaled))
+            // The last kick of a run is followed by no drift that would notice.
+            .and_then(|()| self.check_finite());
         if result.is_err() {
             self.each_observer(|observer| observer.forget());
         }
@@ -435,9 +447,7 @@ impl Engine {
         self.list
             .build::<D>(&self.grid, &self.cell, &self.particles, cutoff, shuffle);
         if self.list.overflow {
-            return Err(Error::Invalid(
-                "`support` is too large for the pair splitting: more than 65536 particles lie within one support's reach of a block".into(),
-            ));
+            return Err(self.list.overflow_error());
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ pub struct Particles {
     pub row: Vec<u32>,
     /// Times each particle has left the box through either face of each axis.
     pub image: Vec<[i32; 3]>,
-    /// Room for one set of records; between two sorts anyone may use it.
+    /// Differences of velocities, where there is `drag`; empty otherwise.
     pub scratch: Vec<[f64; 4]>,
 }
 
@@ -37,7 +37,7 @@ impl Particles {
             id: (0..n as u64).collect(),
             row: (0..n as u32).collect(),
             image: vec![[0; 3]; n],
-            scratch: vec![[0.0; 4]; n],
+            scratch: vec![[0.0; 4]; if with_drag { n } else { 0 }],
         }
     }
 
@@ -51,39 +51,33 @@ impl Particles {
         self.position.is_empty()
     }
 
-    /// Moves the particle of slot `order[k]` to slot k, in place and without allocation.
+    /// Moves the particle of slot `order[k]` to slot k, without allocation: the forces, which are
+    /// always computed anew after that, lend their memory and are lost.
     pub fn permute(&mut self, order: &[u32]) {
-        for records in [
-            &mut self.position,
-            &mut self.velocity,
-            &mut self.force,
-            &mut self.drag,
-        ] {
-            if !records.is_empty() {
-                for (to, &from) in self.scratch.iter_mut().zip(order) {
-                    *to = records[from as usize];
-                }
-                std::mem::swap(records, &mut self.scratch);
+        for records in [&mut self.position, &mut self.velocity] {
+            for (to, &from) in self.force.iter_mut().zip(order) {
+                *to = records[from as usize];
             }
+            std::mem::swap(records, &mut self.force);
         }
-        // The narrow arrays go through the same scratch, three at a time.
-        for (to, &from) in self.scratch.iter_mut().zip(order) {
+        // The narrow arrays go through the same memory, several at a time.
+        for (to, &from) in self.force.iter_mut().zip(order) {
             let k = from as usize;
             let [a, b, c] = self.image[k].map(|turns| f64::from_bits(u64::from(turns as u32)));
             *to = [a, b, c, self.density[k]];
         }
-        for (k, from) in self.scratch.iter().enumerate() {
+        for (k, from) in self.force.iter().enumerate() {
             for a in 0..3 {
                 self.image[k][a] = from[a].to_bits() as u32 as i32;
             }
             self.density[k] = from[3];
         }
-        for (to, &from) in self.scratch.iter_mut().zip(order) {
+        for (to, &from) in self.force.iter_mut().zip(order) {
             let k = from as usize;
             to[0] = f64::from_bits(self.id[k]);
             to[1] = f64::from_bits(u64::from(self.row[k]));
         }
-        for (k, from) in self.scratch.iter().enumerate() {
+        for (k, from) in self.force.iter().enumerate() {
             self.id[k] = from[0].to_bits();
             self.row[k] = from[1].to_bits() as u32;
         }

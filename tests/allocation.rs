@@ -49,6 +49,7 @@ fn engine(integrator: &str, threads: usize) -> Engine {
         dt: 1e-6,
         seed: 1,
         skin: None,
+        flow_speed: 0.0,
         threads,
     };
     let mut engine = Engine::new(n, &settings).unwrap();

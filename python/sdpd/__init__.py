@@ -17,6 +17,7 @@ from sdpd.effects import Effects, SinusoidalForce, UniformForce
 from sdpd.errors import (
     CheckpointError,
     PairingWarning,
+    ResolutionWarning,
     SdpdWarning,
     SimulationError,
     TimeStepWarning,
@@ -52,6 +53,7 @@ __all__ = [
     "RandomStart",
     "Regime",
     "Resolution",
+    "ResolutionWarning",
     "Scene",
     "SdpdWarning",
     "Simulation",

@@ -44,7 +44,13 @@ def registry_table() -> list[dict[str, Any]]: ...
 def normal_velocities(n: int, dimension: int, seed: int) -> _Float: ...
 def uniform_positions(n: int, dimension: int, seed: int) -> _Float: ...
 def relax_positions(
-    positions: _Float, edges: list[float], support: float, iterations: int
+    positions: _Float,
+    edges: list[float],
+    support: float,
+    iterations: int,
+    first: int = 0,
+    last: int | None = None,
+    threads: int = 1,
 ) -> tuple[_Float, float]: ...
 
 @final
@@ -81,6 +87,7 @@ class Core:
         seed: int,
         skin: float | None,
         threads: int,
+        flow_speed: float = 0.0,
     ) -> Core: ...
     @property
     def positions(self) -> _Float: ...

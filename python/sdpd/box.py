@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +29,7 @@ class Box:
     Raises
     ------
     ValueError
-        If a length is not finite and > 0, or an axis is not periodic.
+        If a length or the volume is not finite and > 0, or an axis is not periodic.
 
     Examples
     --------
@@ -46,6 +47,11 @@ class Box:
             raise ValueError(f"`lengths` must have 2 or 3 entries, got {len(lengths)}")
         for index, length in enumerate(lengths):
             validation.positive(f"lengths[{index}]", length)
+        if not sys.float_info.min <= math.prod(lengths) < math.inf:
+            raise ValueError(
+                "`lengths` must have a product, the volume, within double precision, got "
+                f"{math.prod(lengths):g}; choose other units"
+            )
         object.__setattr__(self, "lengths", lengths)
         axes = AXES[: len(lengths)]
         periodic = axes if self.periodic is None else validation.text("periodic", self.periodic)

@@ -14,8 +14,8 @@ import json
 import math
 import os
 import platform
+import secrets
 import sys
-import tempfile
 import warnings
 import zipfile
 import zlib
@@ -127,13 +127,14 @@ def save(sim: Simulation, path: str | os.PathLike[str]) -> None:
     """
     header, arrays = _contents(sim)
     target = Path(path)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    name = target.parent / f".{target.name}.{secrets.token_hex(8)}"
     try:
-        with os.fdopen(handle, "wb") as file:
+        with name.open("xb") as file:  # with the permissions of any new file
             _write(file, header, arrays)
             file.flush()
             os.fsync(file.fileno())
-        _take_usual_permissions(name, target)
+        with suppress(OSError):
+            name.chmod(target.stat().st_mode & 0o777)  # of the file to be replaced
         os.replace(name, target)
     except BaseException:
         with suppress(OSError):
@@ -148,17 +149,6 @@ def _write(file: Any, header: dict[str, Any], arrays: Blobs) -> None:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, array, allow_pickle=False)
-
-
-def _take_usual_permissions(name: str, target: Path) -> None:
-    """Those of the file to be replaced, or of a new file: a temporary one is private."""
-    with suppress(OSError):
-        if target.exists():
-            os.chmod(name, target.stat().st_mode & 0o777)
-        else:
-            mask = os.umask(0)
-            os.umask(mask)
-            os.chmod(name, 0o666 & ~mask)
 
 
 def _flush_folder(folder: Path) -> None:
@@ -363,7 +353,7 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
     >>> import os, tempfile
     >>> import sdpd
     >>> scene = sdpd.Scene(
-    ...     fluid=sdpd.fluids.water(),
+    ...     fluid=sdpd.fluids.water().in_plane(1e-9),
     ...     box=sdpd.Box((1e-8, 1e-8)),
     ...     resolution=sdpd.Resolution(particles=100),
     ... )
@@ -406,7 +396,10 @@ def restore(sim: Simulation, path: str | os.PathLike[str]) -> None:
     ------
     CheckpointError
         As for `load`, and if the file belongs to another simulation; nothing has changed.
+    RuntimeError
+        If the simulation is running.
     """
+    sim._refuse_restore()
     reader = _Reader(path)
     content = _Content(reader)
     if content.scene != sim.scene:

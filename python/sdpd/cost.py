@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from sdpd import timestep
 from sdpd.integrators import Integrator, resolve
@@ -13,7 +16,7 @@ from sdpd.units import quantity, table
 if TYPE_CHECKING:
     from sdpd.scene import Scene
 
-__all__ = ["COEFFICIENTS", "Coefficients", "Cost", "cost"]
+__all__ = ["COEFFICIENTS", "Coefficients", "Cost", "cost", "margin", "pairs_per_second"]
 
 
 @dataclass(frozen=True)
@@ -22,23 +25,61 @@ class Coefficients:
 
     Attributes
     ----------
-    bytes_per_particle, bytes_per_pair : float
-        State, copies and lists.
+    bytes_per_particle : float
+        State and copies.
+    bytes_per_listed_pair : float
+        Pairs in the margin of the lists included.
     pairs_per_second : dict
-        By integrator, noise on.
+        By variate; without noise as with the cheapest.
     """
 
     bytes_per_particle: float
-    bytes_per_pair: float
+    bytes_per_listed_pair: float
     pairs_per_second: dict[str, float]
 
 
-# 4e5 (velocity Verlet) and 2e5 (splitting) particle-steps/s at 54 pairs a particle.
-COEFFICIENTS = Coefficients(
-    bytes_per_particle=420.0,
-    bytes_per_pair=8.0,
-    pairs_per_second={"velocity_verlet": 2.2e7, "pair_splitting": 1.1e7},
-)
+COEFFICIENTS = {
+    "velocity_verlet": Coefficients(345.0, 2.0, {"gaussian": 2.9e7, "uniform": 4.0e7}),
+    "pair_splitting": Coefficients(365.0, 6.0, {"gaussian": 1.2e7}),
+}
+# Verlet keeps the friction apart from the other forces to evaluate it again.
+BYTES_FOR_ITERATIONS = 64.0
+
+
+def pairs_per_second(scene: Scene, integrator: Integrator) -> float:
+    """Pairs that a step works off per second of one core, an estimate [1/s]."""
+    rates = COEFFICIENTS[integrator.name].pairs_per_second
+    noisy = scene.active_effects.fluctuations
+    return rates[integrator.noise] if noisy else max(rates.values())
+
+
+def margin(scene: Scene, dt: float) -> float:
+    """Margin of the grid, which is the skin of the lists unless given [length].
+
+    The core's own estimate (src/neighbor/skin.rs), in units of h and v_th: the margin with the
+    least cost of pairs in it and of renewals, which come when the fastest particle, of an
+    Ornstein-Uhlenbeck process in the flow, has moved half of it.
+    """
+    d, h, n = scene.dimension, scene.support_radius, scene.n_particles
+    scale = h / scene.thermal_speed
+    rate = scene.friction_across + scene.friction_along / d
+    tau = scene.fluid.density * h**2 / (12.0 * rate) / scale if rate > 0.0 else math.inf
+    drift = (scene.flow_speed or 0.0) / scene.thermal_speed
+    noisy = scene.active_effects.fluctuations
+    largest = math.sqrt(2.0 * math.log(n + 1.0)) + 0.7 * (d - 1)
+    margins = 0.01 * np.arange(1, 61)
+    low, high = np.ones(60), np.full(60, 2000.0)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        t = middle * (dt / scale)
+        x = t / tau
+        smooth = 2.0 * tau**2 * (x + np.expm1(-x)) if tau < math.inf else t**2
+        spread = np.sqrt(np.where(x < 1e-4, t**2, smooth)) * largest if noisy else 0.0
+        beyond = spread + drift * t > 0.5 * margins
+        high, low = np.where(beyond, middle, high), np.where(beyond, low, middle)
+    price = (1.0 + margins) ** d + 1.5 / low
+    price[min(scene.box.lengths[1:]) / h < 4.0 * (1.0 + margins)] *= 1.2
+    return float(margins[np.argmin(price)]) * h
 
 
 @dataclass(frozen=True)
@@ -48,7 +89,7 @@ class Cost:
     Attributes
     ----------
     memory : float
-        Estimate [byte].
+        Estimate [byte], of state and lists; a `Correlator` needs its own.
     n_particles : int
     pairs_per_particle : float
     integrator : str
@@ -118,8 +159,11 @@ def cost(scene: Scene, integrator: Integrator | str | None = None, **accuracy: A
     chosen = resolve(integrator, fluctuations=scene.active_effects.fluctuations)
     bounds = timestep.bounds(scene, chosen, **accuracy)
     dt, number, pairs = bounds[0].value, scene.n_particles, scene.pairs_per_particle
-    memory = COEFFICIENTS.bytes_per_particle + COEFFICIENTS.bytes_per_pair * pairs
-    seconds = number * pairs / COEFFICIENTS.pairs_per_second[chosen.name]
+    listed = pairs * (1.0 + margin(scene, dt) / scene.support_radius) ** scene.dimension
+    coefficients = COEFFICIENTS[chosen.name]
+    memory = coefficients.bytes_per_particle + coefficients.bytes_per_listed_pair * listed
+    memory += BYTES_FOR_ITERATIONS * (chosen.iterations > 0)
+    seconds = number * pairs / pairs_per_second(scene, chosen)
     return Cost(
         memory=number * memory,
         n_particles=number,

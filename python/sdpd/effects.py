@@ -79,7 +79,7 @@ class SinusoidalForce(BodyForce):
     along : str
         Axis on which it varies.
     wavenumber : int
-        n >= 1 waves in the box.
+        n >= 1 waves in the box, each of two spacings at least; below two supports a scene warns.
     """
 
     amplitude: float
@@ -91,7 +91,7 @@ class SinusoidalForce(BodyForce):
         object.__setattr__(self, "amplitude", validation.finite("amplitude", self.amplitude))
         validation.choice("direction", self.direction, ("x", "y", "z"))
         validation.choice("along", self.along, ("x", "y", "z"))
-        number = validation.integer("wavenumber", self.wavenumber, minimum=1)
+        number = validation.integer("wavenumber", self.wavenumber, minimum=1, maximum=2**31 - 1)
         object.__setattr__(self, "wavenumber", number)
 
     @property

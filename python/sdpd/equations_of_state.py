@@ -41,13 +41,20 @@ class EquationOfState:
 
     kind: ClassVar[str] = ""
     formula: ClassVar[str] = ""
+    unused: ClassVar[tuple[str, ...]] = ()
 
     reference_density: float | None = None
     sound_speed: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("reference_density", "sound_speed"):
-            object.__setattr__(self, name, validation.optional_positive(name, getattr(self, name)))
+            value = validation.optional_positive(name, getattr(self, name))
+            if value is not None and name in self.unused:
+                raise ValueError(
+                    f"`{name}` must be None for {type(self).__name__}, {self.formula}, which does "
+                    f"not depend on it, got {value:g}"
+                )
+            object.__setattr__(self, name, value)
 
     def parameters(self, rho0: float, c: float) -> list[float]:
         """Parameters in the order the core expects."""
@@ -154,7 +161,7 @@ class Tait(EquationOfState):
     Parameters
     ----------
     exponent : float
-        gamma [1], > 0; 7 for water.
+        gamma [1], > 1; 7 for water.
     background_pressure : float
         p_b [energy/length^D].
     """
@@ -167,7 +174,10 @@ class Tait(EquationOfState):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "exponent", validation.positive("exponent", self.exponent))
+        exponent = validation.finite("exponent", self.exponent)
+        if exponent <= 1.0:
+            raise ValueError(f"`exponent` must be > 1, got {exponent:g}")
+        object.__setattr__(self, "exponent", exponent)
         value = validation.finite("background_pressure", self.background_pressure)
         object.__setattr__(self, "background_pressure", value)
 
@@ -177,10 +187,11 @@ class Tait(EquationOfState):
 
 @dataclass(frozen=True, kw_only=True)
 class IdealGas(EquationOfState):
-    """P = c^2 rho with the isothermal sound speed c, Y 2.53."""
+    """P = c^2 rho with the isothermal sound speed c, Y 2.53; without a reference density."""
 
     kind: ClassVar[str] = "ideal_gas"
     formula: ClassVar[str] = "P = c^2 rho"
+    unused: ClassVar[tuple[str, ...]] = ("reference_density",)
 
     def parameters(self, rho0: float, c: float) -> list[float]:
         return [c]
@@ -188,27 +199,26 @@ class IdealGas(EquationOfState):
 
 @dataclass(frozen=True, kw_only=True)
 class Polynomial(EquationOfState):
-    """P = a_0 + a_1 rho + a_2 rho^2 + ..., the user's own.
+    """P = a_0 + a_1 rho + a_2 rho^2 + ..., the user's own; no other argument of the base counts.
 
     Parameters
     ----------
     coefficients : sequence of float
-        a_k [energy/length^D (length^D/mass)^k], at least two. The sound speed of the scene is then
+        a_k [energy/length^D (length^D/mass)^k], at least one. The sound speed of the scene is then
         that of the polynomial.
     """
 
     kind: ClassVar[str] = "polynomial"
     formula: ClassVar[str] = "P = sum_k a_k rho^k"
+    unused: ClassVar[tuple[str, ...]] = ("reference_density", "sound_speed")
 
     coefficients: tuple[float, ...]
 
     def __post_init__(self) -> None:
         super().__post_init__()
         values = validation.vector("coefficients", self.coefficients)
-        if len(values) < 2:
-            raise ValueError(
-                f"`coefficients` must have at least 2 entries (a_0, a_1, ...), got {len(values)}"
-            )
+        if not values:
+            raise ValueError("`coefficients` must have at least 1 entry (a_0, a_1, ...), got 0")
         object.__setattr__(self, "coefficients", values)
 
     def parameters(self, rho0: float, c: float) -> list[float]:
@@ -217,19 +227,23 @@ class Polynomial(EquationOfState):
 
 @dataclass(frozen=True, kw_only=True)
 class Table(EquationOfState):
-    """A monotone cubic through the given points (Fritsch and Carlson 1980), linear beyond the ends.
+    """A monotone cubic through the given points, linear beyond the ends.
+
+    By Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300. The sound speed of the scene is
+    then that of the table, and there is no reference density.
 
     Parameters
     ----------
     densities : sequence of float
         rho_k [mass/length^D], at least two, > 0 and increasing.
     pressures : sequence of float
-        P_k [energy/length^D], as many, increasing (a fluid whose pressure falls with density is
-        unstable).
+        P_k [energy/length^D], as many, none below the one before (a fluid whose pressure falls
+        with density is unstable).
     """
 
     kind: ClassVar[str] = "table"
     formula: ClassVar[str] = "P(rho) interpolated in a table"
+    unused: ClassVar[tuple[str, ...]] = ("reference_density", "sound_speed")
 
     densities: tuple[float, ...]
     pressures: tuple[float, ...]
@@ -242,13 +256,15 @@ class Table(EquationOfState):
             raise ValueError(f"`densities` must have at least 2 entries, got {len(rho)}")
         if rho[0] <= 0.0:
             raise ValueError(f"`densities` must be > 0, got {rho[0]:g} at index 0")
-        for name, values in (("densities", rho), ("pressures", pressure)):
-            falls = np.flatnonzero(np.diff(values) <= 0.0)
-            if falls.size:
-                k = int(falls[0])
+        for k in range(1, len(rho)):
+            if rho[k] <= rho[k - 1]:
                 raise ValueError(
-                    f"`{name}` must increase, got {values[k]:g} then {values[k + 1]:g} "
-                    f"at index {k + 1}"
+                    f"`densities` must increase, got {rho[k - 1]:g} then {rho[k]:g} at index {k}"
+                )
+            if pressure[k] < pressure[k - 1]:
+                raise ValueError(
+                    f"`pressures` must not decrease, got {pressure[k - 1]:g} then "
+                    f"{pressure[k]:g} at index {k}"
                 )
         object.__setattr__(self, "densities", rho)
         object.__setattr__(self, "pressures", pressure)

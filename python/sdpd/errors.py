@@ -5,6 +5,7 @@ from __future__ import annotations
 __all__ = [
     "CheckpointError",
     "PairingWarning",
+    "ResolutionWarning",
     "SdpdWarning",
     "SimulationError",
     "TimeStepWarning",
@@ -44,6 +45,10 @@ class SdpdWarning(UserWarning):
 
 class PairingWarning(SdpdWarning):
     """The kernel, support and equation of state of a scene let particles clump in pairs."""
+
+
+class ResolutionWarning(SdpdWarning):
+    """The particles of a scene are too few for its kernel, or for the wave that drives it."""
 
 
 class TimeStepWarning(SdpdWarning):

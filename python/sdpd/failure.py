@@ -17,6 +17,8 @@ __all__ = ["describe", "likely_cause"]
 # A density or a speed this far off in the last good state is worth a word.
 CROWDED = 2.0
 FAST = 8.0
+# A time step this far below its tightest bound is beyond what it can be good for.
+TINY = 1e-9
 
 
 def likely_cause(sim: Simulation, dt: float) -> str:
@@ -25,6 +27,13 @@ def likely_cause(sim: Simulation, dt: float) -> str:
     stability = [bound for bound in exceeded if bound.kind == "stability"]
     if exceeded:
         return timestep.warning_text(dt, stability or exceeded)
+    tightest = sim.bounds[0]
+    if dt < TINY * tightest.value:
+        return (
+            f"a tiny time step: dt = {dt:.4g} is {dt / tightest.value:.2g} of the tightest bound "
+            f"({tightest.name}, {tightest.value:.4g}), and random forces, which go as 1/sqrt(dt), "
+            "are beyond double precision; choose a larger one"
+        )
     nearest = next(b for b in sim.bounds if b.kind == "stability")
     within = f"dt = {dt:.4g} is within every bound ({nearest.name} is {nearest.value:.4g})"
     scene = sim.scene

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sdpd import validation
-from sdpd.equations_of_state import ArtificialCompressibility, EquationOfState, IdealGas
+from sdpd.equations_of_state import KINDS, ArtificialCompressibility, EquationOfState, IdealGas
 
 __all__ = ["BOLTZMANN_CONSTANT", "Fluid", "argon", "nitrogen", "water"]
 
@@ -57,6 +57,9 @@ class Fluid:
         Of the molecules: tell where the continuum ends.
     equation_of_state : EquationOfState
         P(rho).
+    dimension : int, optional
+        2 or 3: the dimension D of the values above, which a scene compares with its box. The
+        ready-made fluids have 3, `in_plane` makes it 2. None: not checked.
     name, source : str
         What it is and where its values come from.
     """
@@ -73,6 +76,7 @@ class Fluid:
     molecular_diameter: float | None = None
     mean_free_path: float | None = None
     equation_of_state: EquationOfState = ArtificialCompressibility()
+    dimension: int | None = None
     name: str = "fluid"
     source: str = ""
 
@@ -86,6 +90,13 @@ class Fluid:
             object.__setattr__(self, field, value)
         expected = "an equation of state (sdpd.eos)"
         validation.instance("equation_of_state", self.equation_of_state, EquationOfState, expected)
+        if self.equation_of_state.kind not in KINDS:
+            raise TypeError(
+                f"`equation_of_state` must be {expected}, got {self.equation_of_state!r}"
+            )
+        if self.dimension is not None:
+            dimension = validation.integer("dimension", self.dimension, minimum=2, maximum=3)
+            object.__setattr__(self, "dimension", dimension)
         validation.text("name", self.name)
         validation.text("source", self.source)
 
@@ -116,9 +127,12 @@ class Fluid:
         Raises
         ------
         ValueError
-            If the equation of state has constants of its own, which are three-dimensional.
+            If the equation of state has constants of its own, which are three-dimensional, or the
+            fluid is in a plane already.
         """
         height = validation.positive("thickness", thickness)
+        if self.dimension == 2:
+            raise ValueError("`dimension` must be 3 or None for in_plane, got 2")
         constants = [
             field
             for field in dataclasses.fields(self.equation_of_state)
@@ -131,14 +145,16 @@ class Fluid:
             )
         conductivity = self.thermal_conductivity
         return self.replace(
+            dimension=2,
             density=self.density * height,
             shear_viscosity=self.shear_viscosity * height,
             bulk_viscosity=self.bulk_viscosity * height,
             thermal_conductivity=None if conductivity is None else conductivity * height,
         )
 
-    def describe(self, dimension: int = 3) -> str:
+    def describe(self, dimension: int | None = None) -> str:
         """One line, with SI units for that many dimensions if k_B has its SI value."""
+        dimension = dimension or self.dimension or 3
         pascal, density, kelvin = "", "", ""
         if self.is_si:
             pascal = " Pa s" if dimension == 3 else " Pa s m"
@@ -231,6 +247,7 @@ def water(
         molecular_mass=molecule,
         molecular_diameter=(molecule / rho) ** (1.0 / 3.0),  # Y 3.4
         equation_of_state=ArtificialCompressibility(),
+        dimension=3,
     )
 
 
@@ -264,6 +281,7 @@ def _gas(
         molecular_diameter=molecular_diameter,
         mean_free_path=shear_viscosity / pressure * math.sqrt(math.pi * kt / (2 * molecular_mass)),
         equation_of_state=IdealGas(),
+        dimension=3,
     )
 
 
@@ -276,7 +294,7 @@ def nitrogen(
     temperature: float = 300.0,
     *,
     properties: str = "yang2013",
-    pressure: float = 101325.0,
+    pressure: float | None = None,
     bulk_viscosity: float = 0.0,
 ) -> Fluid:
     """Nitrogen gas.
@@ -288,8 +306,8 @@ def nitrogen(
     properties : {"yang2013", "measured"}
         Yang's constants (rho = 1.184 kg/m^3, eta = 1.79e-5 Pa s, kappa = 0.026 W/m/K; Table 8 has
         eta = 1e-5: use ``.replace(shear_viscosity=1e-5)``), or measured values of the ideal gas.
-    pressure : float
-        [Pa], sets the density of the measured gas.
+    pressure : float, optional
+        [Pa], sets the density of the measured gas; 101325 if None. Yang's has none to choose.
     bulk_viscosity : float
         [Pa s], 0 as in the dissertation; about 0.7 eta by measurement (Prangsma et al., Physica 64
         (1973) 278).
@@ -305,6 +323,13 @@ def nitrogen(
     """
     validation.choice("properties", properties, ("yang2013", "measured"))
     molecule = 28.0134 * _ATOMIC_MASS
+    if pressure is not None:
+        pressure = validation.positive("pressure", pressure)
+        if properties == "yang2013":
+            raise ValueError(
+                "`pressure` must be None with properties='yang2013', whose density is a constant, "
+                f"got {pressure:g}; use properties='measured'"
+            )
     if properties == "yang2013":
         kelvin = validation.positive("temperature", temperature)
         rho, eta, kappa = 1.184, 1.79e-5, 0.026
@@ -312,7 +337,7 @@ def nitrogen(
     else:
         what = "the measured properties of nitrogen"
         kelvin = _between("temperature", temperature, 200.0, 1200.0, what)
-        pascal = validation.positive("pressure", pressure)
+        pascal = 101325.0 if pressure is None else pressure
         rho = pascal * molecule / (BOLTZMANN_CONSTANT * kelvin)
         eta = _sutherland(1.663e-5, 107.0, kelvin, 273.0)
         kappa = _sutherland(0.0242, 150.0, kelvin, 273.0)

@@ -18,7 +18,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +97,7 @@ class Trajectory(Observer):
     >>> import os, tempfile
     >>> import sdpd
     >>> scene = sdpd.Scene(
-    ...     fluid=sdpd.fluids.water(),
+    ...     fluid=sdpd.fluids.water().in_plane(1e-9),
     ...     box=sdpd.Box((1e-8, 1e-8)),
     ...     resolution=sdpd.Resolution(particles=100),
     ... )
@@ -109,6 +109,8 @@ class Trajectory(Observer):
     >>> frames.step.tolist(), frames.positions.shape
     ([0, 10, 20], (3, 100, 2))
     """
+
+    may_write: ClassVar[bool] = False
 
     def __init__(
         self,

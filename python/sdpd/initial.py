@@ -29,6 +29,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+_RELAX_STEPS = 200
 _VELOCITIES = ("auto", "thermal", "zero")
 
 
@@ -82,19 +83,27 @@ class RandomStart(Start):
         spacing and relaxed by steepest descent in a soft repulsion, whatever the kernel and the
         equation of state of the scene. Even and without order, but not yet in equilibrium.
         False: independent uniform positions, a Poisson process.
-    relax_steps : int
-        Iterations of the descent.
+    relax_steps : int, optional
+        Iterations of the descent, at most a million; 200 if None. Only with `relax`.
     velocities : {"auto", "thermal", "zero"}
         See `Start`.
     """
 
     relax: bool = True
-    relax_steps: int = 200
+    relax_steps: int | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "relax", validation.boolean("relax", self.relax))
-        steps = validation.integer("relax_steps", self.relax_steps, minimum=1)
+        steps = self.relax_steps
+        if steps is not None:
+            steps = validation.integer("relax_steps", steps, minimum=1, maximum=10**6)
+            if not self.relax:
+                raise ValueError(
+                    f"`relax_steps` must be None with relax=False, which takes none, got {steps}"
+                )
+        elif self.relax:
+            steps = _RELAX_STEPS
         object.__setattr__(self, "relax_steps", steps)
 
 
@@ -146,6 +155,7 @@ def positions(scene: Scene, seed: int) -> Array:
     uniform = _uniform(seed, number, dimension)
     if not start.relax:
         return _wrap(uniform * lengths, box)
+    assert start.relax_steps is not None
     points = _quasi_random(number, dimension) * lengths + uniform * scene.spacing
     relaxed, _ = _core.relax_positions(
         _wrap(points, box), list(box.lengths), scene.support_radius, start.relax_steps

@@ -26,10 +26,11 @@ class VelocityVerlet(Integrator):
     Parameters
     ----------
     iterations : int
-        Further evaluations of the friction at the end of the step. 0: the force of the step serves
-        the next one (Bian et al. 2015, appendix B); 1: once with the new velocities; 2 or more: the
-        iteration of Yang 2013, Table 4, S-6 to S-8. They cost sweeps and accuracy: the temperature
-        comes out too low by 0.015, 0.27 and 0.52 dt/tau (tau: friction time of a particle).
+        At most 1000. Further evaluations of the friction at the end of the step. 0: the force of
+        the step serves the next one (Bian et al. 2015, appendix B); 1: once with the new
+        velocities; 2 or more: the iteration of Yang 2013, Table 4, S-6 to S-8. They cost sweeps and
+        accuracy: the temperature comes out too low by 0.015, 0.27 and 0.52 dt/tau (tau: friction
+        time of a particle).
     noise : {"uniform", "gaussian"}
         Variates of the random force: with the right first two moments, which is all a first-order
         scheme sees, or normal.
@@ -42,7 +43,7 @@ class VelocityVerlet(Integrator):
     noise: str = "uniform"
 
     def __post_init__(self) -> None:
-        iterations = validation.integer("iterations", self.iterations, minimum=0)
+        iterations = validation.integer("iterations", self.iterations, minimum=0, maximum=1000)
         object.__setattr__(self, "iterations", iterations)
         validation.choice("noise", self.noise, ("uniform", "gaussian"))
 
@@ -87,4 +88,4 @@ def resolve(integrator: Integrator | str | None, *, fluctuations: bool) -> Integ
     if isinstance(integrator, str):
         return INTEGRATORS[validation.choice("integrator", integrator, list(INTEGRATORS))]()
     expected = "sdpd.PairSplitting(), sdpd.VelocityVerlet() or one of their names"
-    return validation.instance("integrator", integrator, Integrator, expected)
+    return validation.instance("integrator", integrator, (PairSplitting, VelocityVerlet), expected)

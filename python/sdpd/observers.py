@@ -7,7 +7,7 @@ import os
 import weakref
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +46,13 @@ class Observer:
     ...         self.values.append(abs(sim.velocities).max())
     """
 
+    may_write: ClassVar[bool] = True  # whether `sample` may write positions and velocities
+
     def __init__(self, *, every: int | None = None) -> None:
         self.every: int | None = None
         if every is not None:
-            self.every = validation.integer("every", every, minimum=1)
+            every = validation.integer("every", every, minimum=1, maximum=validation.LARGEST)
+            self.every = every
         self._owner: weakref.ref[Simulation] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -77,7 +80,10 @@ class Observer:
         """Called when a run begins that takes a sample every so many steps."""
 
     def sample(self, sim: Simulation) -> None:
-        """Called after each step whose number is a multiple of `every`."""
+        """Called after each step whose number is a multiple of `every`.
+
+        May write positions and velocities: derived arrays are fresh again before the next observer.
+        """
 
     def end(self, sim: Simulation) -> None:
         """Called when a run ends, however it ends."""
@@ -137,7 +143,7 @@ class Thermodynamics(LoopObserver):
     --------
     >>> import sdpd
     >>> scene = sdpd.Scene(
-    ...     fluid=sdpd.fluids.water(),
+    ...     fluid=sdpd.fluids.water().in_plane(1e-9),
     ...     box=sdpd.Box((1e-8, 1e-8)),
     ...     resolution=sdpd.Resolution(particles=100),
     ... )
@@ -281,7 +287,7 @@ class Correlator(LoopObserver):
     --------
     >>> import sdpd
     >>> scene = sdpd.Scene(
-    ...     fluid=sdpd.fluids.water(),
+    ...     fluid=sdpd.fluids.water().in_plane(1e-9),
     ...     box=sdpd.Box((1e-8, 1e-8)),
     ...     resolution=sdpd.Resolution(particles=100),
     ... )
@@ -293,7 +299,7 @@ class Correlator(LoopObserver):
 
     def __init__(self, *, every: int | None = None, points: int = 16, levels: int = 10) -> None:
         super().__init__(every=every)
-        self.points = validation.integer("points", points, minimum=2)
+        self.points = validation.integer("points", points, minimum=2, maximum=2**48)
         if self.points % 2:
             raise ValueError(f"`points` must be even, got {self.points}")
         self.levels = validation.integer("levels", levels, minimum=1)
@@ -307,11 +313,13 @@ class Correlator(LoopObserver):
         super().check(sim, every, dt)
         if not self._tables():
             return
-        for name, mine, its in (("dt", dt, self._dt), ("every", every, self._every)):
+        cures = ("use steps= (run(time=) adjusts dt) or a new Correlator", "use a new Correlator")
+        pairs = (("dt", dt, self._dt), ("every", every, self._every))
+        for (name, mine, its), cure in zip(pairs, cures, strict=True):
             if mine != its:
                 raise ValueError(
                     f"`{name}` must be that of the samples a Correlator holds, {its:.10g}, got "
-                    f"{mine:.10g}; use a new Correlator"
+                    f"{mine:.10g}; {cure}"
                 )
 
     def _attach(self, sim: Simulation, every: int) -> Any:

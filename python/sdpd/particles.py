@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,7 @@ class Particles:
     _scene: Scene
     _core: Core
     _settings: dict[str, Any]
+    _runner: int | None  # the thread whose run is under way
 
     # --- arrays ------------------------------------------------------------------------------
 
@@ -46,9 +48,18 @@ class Particles:
         self._assign(self._core.velocities, initial.check_velocities(self._scene, value))
 
     def _assign(self, view: Array, value: Array) -> None:
-        if value is not view:  # sim.positions += shift writes in place, then assigns the view
-            view[...] = value
-        self.refresh()
+        if self._runner not in (None, threading.get_ident()):
+            raise RuntimeError(
+                "the simulation is running in another thread; wait until its run() returns, "
+                "or assign in a callback"
+            )
+        before = view.copy()
+        view[...] = value
+        try:
+            self.refresh()
+        except RuntimeError:  # someone else holds the core: nothing has changed
+            view[...] = before
+            raise
 
     @property
     def unwrapped(self) -> Array:
@@ -135,7 +146,7 @@ class Particles:
             [mass length/time^2].
         """
         if step is not None:
-            step = validation.integer("step", step, minimum=0)
+            step = validation.integer("step", step, minimum=0, maximum=validation.LARGEST)
         return self._core.force_parts(step)
 
     def friction_rate(self) -> float:

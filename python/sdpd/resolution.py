@@ -21,6 +21,8 @@ DEFAULT_SUPPORT = 3.0
 # A lattice cut unequally along the axes is no longer the cubic one of the discrete factors.
 _LARGEST_ANISOTROPY = 1.1
 
+LARGEST_NUMBER = 10**18  # of particles: beyond any memory, and exact enough as a float
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -80,12 +82,14 @@ class Resolution:
         object.__setattr__(self, "spacing", validation.optional_positive("spacing", self.spacing))
         if isinstance(self.particles, (list, tuple, np.ndarray)):
             counts = tuple(
-                validation.integer(f"particles[{k}]", n, minimum=1)
+                validation.integer(f"particles[{k}]", n, minimum=1, maximum=LARGEST_NUMBER)
                 for k, n in enumerate(self.particles)
             )
             object.__setattr__(self, "particles", counts)
         elif self.particles is not None:
-            count = validation.integer("particles", self.particles, minimum=1)
+            count = validation.integer(
+                "particles", self.particles, minimum=1, maximum=LARGEST_NUMBER
+            )
             object.__setattr__(self, "particles", count)
         support = validation.positive("support", self.support)
         if support <= 1.0:
@@ -102,7 +106,8 @@ class Resolution:
         Raises
         ------
         ValueError
-            If the particles do not fit a lattice; the text says what would.
+            If the particles do not fit a lattice, with what would if that has two supports along
+            every axis; or if they are more than 10^18.
         """
         if isinstance(self.particles, tuple):
             return self._from_counts(box, self.particles, "particles")
@@ -123,8 +128,21 @@ class Resolution:
                 f"`{name}` must give spacings within {_LARGEST_ANISOTROPY - 1:.0%} of each other, "
                 f"got {shown}"
             )
-        number = math.prod(counts)
+        number = _checked_number(math.prod(counts), name)
         return Layout(number, _mean_spacing(box, number), counts)
+
+    def _hints(self, box: Box, counts: tuple[int, ...], lattice: str) -> str:
+        """What to do instead: only what leaves two supports along every axis."""
+        edges = [length / count for length, count in zip(box.lengths, counts, strict=True)]
+        even = max(edges) <= _LARGEST_ANISOTROPY * min(edges)
+        spacing = _mean_spacing(box, math.prod(counts))
+        roomy = min(box.lengths) >= 2.0 * self.support * spacing * (1.0 - 1e-12)
+        return lattice if even and roomy else ""
+
+    def _random_hint(self, box: Box, spacing: float, what: str = "") -> str:
+        if min(box.lengths) < 2.0 * self.support * spacing * (1.0 - 1e-12):
+            return ""
+        return f"use start=sdpd.RandomStart(){what}"
 
     def _from_number(self, box: Box, number: int, lattice: bool) -> Layout:
         spacing = _mean_spacing(box, number)
@@ -136,18 +154,27 @@ class Resolution:
                 if lattice:
                     raise
         if lattice:
-            fit = math.prod(counts)
+            fit = f"{math.prod(counts)} = {' x '.join(map(str, counts))} would fit"
+            hints = (
+                self._hints(box, counts, fit),
+                self._random_hint(box, spacing, ", which takes any number"),
+            )
             raise ValueError(
-                f"`particles` must fill a lattice of about equal spacing in the box, got {number}; "
-                f"{fit} = {' x '.join(map(str, counts))} would fit, or use "
-                f"start=sdpd.RandomStart(), which takes any number"
+                "`particles` must fill a lattice of about equal spacing in the box, got "
+                + _joined(str(number), hints)
             )
         return Layout(number, spacing, None)
 
     def _from_spacing(self, box: Box, lattice: bool) -> Layout:
         spacing = self.spacing
         assert spacing is not None
-        counts = tuple(max(1, round(length / spacing)) for length in box.lengths)
+        ratios = [length / spacing for length in box.lengths]
+        if not math.prod(ratios) <= LARGEST_NUMBER:
+            raise ValueError(
+                f"`spacing` must leave at most {LARGEST_NUMBER:.0e} particles in the box, got "
+                f"{spacing:g}, which makes {math.prod(ratios):.3g}"
+            )
+        counts = tuple(max(1, round(ratio)) for ratio in ratios)
         fits = all(
             abs(length - count * spacing) <= 1e-6 * length
             for length, count in zip(box.lengths, counts, strict=True)
@@ -161,14 +188,29 @@ class Resolution:
                 for k, length in enumerate(box.lengths)
                 if abs(length - counts[k] * spacing) > 1e-6 * length
             )
+            got = (
+                f"{spacing:g} with length {box.lengths[axis]:g} along {AXES[axis]} (ratio "
+                f"{box.lengths[axis] / spacing:.6g})"
+            )
+            hints = (
+                self._hints(box, counts, f"particles={counts} is the nearest lattice"),
+                self._random_hint(box, spacing),
+            )
             raise ValueError(
-                f"`spacing` must divide every length of the box for a lattice, got {spacing:g} "
-                f"with length {box.lengths[axis]:g} along {AXES[axis]} (ratio "
-                f"{box.lengths[axis] / spacing:.6g}); particles={counts} is the nearest lattice, "
-                f"or use start=sdpd.RandomStart()"
+                "`spacing` must divide every length of the box for a lattice, got "
+                + _joined(got, hints)
             )
         number = max(1, round(box.volume / spacing**box.dimension))
         return Layout(number, _mean_spacing(box, number), None)
+
+
+def _checked_number(number: int, name: str) -> int:
+    return validation.integer(f"product of {name}", number, maximum=LARGEST_NUMBER)
+
+
+def _joined(got: str, hints: tuple[str, ...]) -> str:
+    given = ", or ".join(hint for hint in hints if hint)
+    return f"{got}; {given}" if given else got
 
 
 def _mean_spacing(box: Box, number: int) -> float:

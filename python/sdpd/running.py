@@ -16,7 +16,6 @@ from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any
 
 from sdpd import validation
-from sdpd.cost import COEFFICIENTS
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -66,7 +65,8 @@ def plan_steps(steps: Any, time: Any, dt: float) -> Plan:
         got = "neither" if steps is None else "both"
         raise ValueError(f"exactly one of `steps` and `time` must be given, got {got}")
     if steps is not None:
-        return Plan(validation.integer("steps", steps, minimum=0), dt)
+        number = validation.integer("steps", steps, minimum=0, maximum=validation.LARGEST)
+        return Plan(number, dt)
     span = validation.non_negative("time", time)
     ratio = span / dt
     if not ratio < 2.0**63:
@@ -78,10 +78,9 @@ def plan_steps(steps: Any, time: Any, dt: float) -> Plan:
     return Plan(number, span / number if number else dt)
 
 
-def chunk_steps(n_particles: int, pairs_per_particle: float, integrator: str) -> int:
+def chunk_steps(pairs: float, pairs_per_second: float) -> int:
     """Steps of one call of the core."""
-    rate = COEFFICIENTS.pairs_per_second[integrator]
-    return max(1, int(CHUNK_SECONDS * rate / (n_particles * max(pairs_per_particle, 1.0))))
+    return max(1, int(CHUNK_SECONDS * pairs_per_second / max(pairs, 1.0)))
 
 
 def steps_to_next(step: int, every: int) -> int:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
+import sys
 import warnings
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from sdpd import kernels, validation
 from sdpd.box import AXES, Box
-from sdpd.effects import BodyForce, Effects
-from sdpd.errors import PairingWarning
+from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
+from sdpd.errors import PairingWarning, ResolutionWarning
 from sdpd.fluids import Fluid
-from sdpd.initial import LatticeStart, Start
+from sdpd.initial import LatticeStart, RandomStart, Start
 from sdpd.quantities import SceneQuantities
 from sdpd.resolution import Resolution
 
@@ -25,6 +26,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Scene"]
 
+# Beyond these a lattice of particles is no longer the fluid that was asked for.
+_DENSITY_ERROR = 0.05  # of d/n
+_LEAST_VISCOSITY = 0.8  # eta_eff/eta, warned of
+_LEAST_CALIBRATED = 0.5  # eta_eff/eta that may be divided out
+_WELL_RESOLVED = 6.0  # h/dx from which all factors are 1 to a few per mille
+
 
 @dataclass(frozen=True, kw_only=True)
 class Scene(SceneQuantities):
@@ -33,6 +40,7 @@ class Scene(SceneQuantities):
     Parameters
     ----------
     fluid : Fluid
+        Of the dimension of the box; see `Fluid.in_plane` for two.
     box : Box
     resolution : Resolution
     start : LatticeStart or RandomStart
@@ -49,7 +57,7 @@ class Scene(SceneQuantities):
     calibrate : bool
         Divide the friction by the lattice factor eta_eff/eta of kernel and support, so that the
         fluid of particles delivers the asked viscosity. (Friction rate and self-diffusion have
-        another factor and cannot be right at once.)
+        another factor and cannot be right at once.) Refused where that factor is below 0.5.
 
     Raises
     ------
@@ -60,6 +68,9 @@ class Scene(SceneQuantities):
     -----
     PairingWarning
         If kernel, stiffness and equation of state let particles clump.
+    ResolutionWarning
+        If, on a lattice, the density is off by more than 5 % or the delivered viscosity is below
+        0.8 of the asked one; if the wave of a sinusoidal force is shorter than two supports.
 
     Examples
     --------
@@ -89,11 +100,12 @@ class Scene(SceneQuantities):
         validation.instance("box", self.box, Box, "an sdpd.Box")
         validation.instance("resolution", self.resolution, Resolution, "an sdpd.Resolution")
         expected = "an sdpd.LatticeStart or sdpd.RandomStart"
-        validation.instance("start", self.start, Start, expected)
+        validation.instance("start", self.start, (LatticeStart, RandomStart), expected)
         validation.instance("effects", self.effects, Effects, "an sdpd.Effects")
         if self.body_force is not None:
             expected = "an sdpd.UniformForce or sdpd.SinusoidalForce"
-            validation.instance("body_force", self.body_force, BodyForce, expected)
+            kinds = (UniformForce, SinusoidalForce)
+            validation.instance("body_force", self.body_force, kinds, expected)
             self.body_force.check_dimension(self.box.dimension)
         for name in ("sound_speed", "length_scale"):
             value = validation.optional_positive(name, getattr(self, name))
@@ -101,9 +113,24 @@ class Scene(SceneQuantities):
         speed = validation.optional_non_negative("velocity_scale", self.velocity_scale)
         object.__setattr__(self, "velocity_scale", speed)
         object.__setattr__(self, "calibrate", validation.boolean("calibrate", self.calibrate))
+        self._check_dimension()
         self._check_supports()
-        _ = self.active_effects, self.sound
+        self._check_wave()
+        self._check_magnitudes()
+        self._check_factors()
         self._warn_of_pairing()
+
+    def _check_dimension(self) -> None:
+        given, needed = self.fluid.dimension, self.box.dimension
+        if given is None or given == needed:
+            return
+        cure = "Fluid.in_plane(thickness) makes them those of a layer"
+        if needed == 3:
+            cure = "take the fluid before Fluid.in_plane(thickness)"
+        raise ValueError(
+            f"`fluid` must have the constants of {needed} dimensions, as many as the box has, got "
+            f"{self.fluid.name!r} with those of {given}; {cure}"
+        )
 
     def _check_supports(self) -> None:
         needed = 2.0 * self.support_radius
@@ -115,6 +142,77 @@ class Scene(SceneQuantities):
                     f"spacing {self.spacing:.6g}); enlarge the box, or lower the spacing or the "
                     f"support"
                 )
+
+    def _check_wave(self) -> None:
+        force = self.body_force
+        if not isinstance(force, SinusoidalForce) or not self.active_effects.body_force:
+            return
+        wave, spacing, support = self._wavelength(force), self.spacing, self.support_radius
+        if wave < 2.0 * spacing * (1.0 - 1e-12):
+            raise ValueError(
+                "`body_force.wavenumber` must leave a wavelength >= two spacings, "
+                f"{2.0 * spacing:.6g}, got {wave:.6g} with {force.wavenumber} waves along "
+                f"{force.along}"
+            )
+        if wave < 2.0 * support * (1.0 - 1e-12):
+            warnings.warn(
+                f"the wavelength of `body_force`, {wave:.4g}, is shorter than two supports, "
+                f"{2.0 * support:.4g}: the kernel smears it out, so that the flow that answers has "
+                "neither the amplitude nor the viscosity of the continuum",
+                ResolutionWarning,
+                stacklevel=4,
+            )
+
+    def _check_magnitudes(self) -> None:
+        """Refuse scales that double precision cannot hold."""
+        try:
+            mass, energy = self.particle_mass, self.thermal_energy
+            scales = {
+                "mass of a particle m": mass,
+                "thermal energy k_B T": energy,
+                "k_B T/m": energy / mass,
+                "m k_B T": mass * energy,
+                "h^(D+2)": self.support_radius ** (self.dimension + 2),
+                "squared sound speed c^2": self.sound.speed**2,
+                "m c^2": mass * self.sound.speed**2,
+                "stiffness m c^2/(k_B T)": self.stiffness,
+            }
+            if self.active_effects.dissipation:
+                scales["friction time tau"] = self.friction_time
+                scales["self-diffusion k_B T tau/m"] = self.self_diffusion
+        except (ZeroDivisionError, OverflowError):
+            scales = {"one beyond that": 0.0}
+        for name, value in scales.items():
+            if not sys.float_info.min <= value < math.inf:
+                raise ValueError(
+                    "`fluid`, `box` and `resolution` must give scales within double precision, "
+                    f"got {name} = {value:g}; choose other units"
+                )
+
+    def _check_factors(self) -> None:
+        if self.resolution.support > _WELL_RESOLVED:
+            return
+        density, viscosity = self.factors.density, self.factors.viscosity
+        viscous = self.active_effects.dissipation
+        if viscous and self.calibrate and viscosity < _LEAST_CALIBRATED:
+            raise ValueError(
+                f"`calibrate` must be False where eta_eff/eta < {_LEAST_CALIBRATED:g}: kernel "
+                f"{self.resolution.kernel!r} with support {self.resolution.support:g} delivers "
+                f"{viscosity:.3g} of the viscosity; use a larger support"
+            )
+        found = []
+        if abs(density - 1.0) > _DENSITY_ERROR:
+            found.append(f"d/n = {density:.4g} (density)")
+        if viscous and viscosity < _LEAST_VISCOSITY:
+            found.append(f"eta_eff/eta = {viscosity:.4g} (viscosity)")
+        if found:
+            warnings.warn(
+                f"too few neighbours: kernel {self.resolution.kernel!r} with support "
+                f"{self.resolution.support:g} has {' and '.join(found)} on a lattice, 1 being "
+                "right; use a larger support or another kernel",
+                ResolutionWarning,
+                stacklevel=4,
+            )
 
     def _warn_of_pairing(self) -> None:
         if not (self.starts_thermal or self.active_effects.fluctuations):
@@ -162,6 +260,7 @@ class Scene(SceneQuantities):
             "friction_along": self.friction_along,
             "eos": self.fluid.equation_of_state.core(self.fluid.density, self.sound.speed),
             "body_force": None if force is None else force.core(self.dimension),
+            "flow_speed": self.flow_speed or 0.0,
         }
 
     def regime(self, integrator: Integrator | str | None = None) -> Regime:
@@ -181,7 +280,13 @@ class Scene(SceneQuantities):
         return dataclasses.replace(self, **changes)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
-        """TOML text of the scene, also written to `path` if one is given."""
+        """TOML text of the scene, also written to `path` if one is given.
+
+        Raises
+        ------
+        TypeError
+            If a part of it is of a class of your own, which no file can name.
+        """
         from sdpd.toml_io import scene_to_toml
 
         return scene_to_toml(self, path)
@@ -194,6 +299,10 @@ class Scene(SceneQuantities):
         ------
         TypeError, ValueError
             Naming the key.
+
+        Notes
+        -----
+        ``fluid.preset`` names a ready-made fluid; with ``fluid.thickness`` it is that of a plane.
         """
         from sdpd.toml_io import scene_from_toml
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import warnings
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdpd import failure, initial, integrators, running, timestep, validation
+from sdpd.cost import pairs_per_second
 from sdpd.errors import SimulationError, TimeStepWarning
 from sdpd.observers import LoopObserver, Observer, check_observers
 from sdpd.particles import Particles
@@ -47,7 +49,8 @@ class Simulation(Particles):
         Threads of this simulation; the processors at hand if None, but one per 500 particles at
         most. Changes no bit of the result.
     skin : float, optional
-        Of the neighbour lists [length]; estimated from the scene if None.
+        Of the neighbour lists [length], at most the margin of their grid; the margin, estimated
+        from the scene, if None.
     positions, velocities : array_like, shape (N, D), optional
         Initial state [length], [length/time] instead of that of ``scene.start``. Positions are
         wrapped into the box.
@@ -133,7 +136,9 @@ class Simulation(Particles):
             "seed": seed,
             "skin": skin,
         }
-        self._adopt(scene, chosen, settings, threads, _new_core(points, speeds, settings, threads))
+        core = _new_core(points, speeds, settings, threads)
+        _check_skin(core, skin)
+        self._adopt(scene, chosen, settings, threads, core)
 
     def _adopt(
         self,
@@ -147,7 +152,7 @@ class Simulation(Particles):
         self._scene, self._integrator = scene, integrator
         self._settings, self._threads, self._core = settings, threads, core
         self._attached: list[tuple[LoopObserver, int, float]] = []
-        self._running = False
+        self._runner: int | None = None
 
     def _checked_dt(self, scene: Scene, integrator: Integrator, dt: Any) -> float:
         value = validation.positive("dt", dt)
@@ -189,11 +194,22 @@ class Simulation(Particles):
 
     @property
     def dt(self) -> float:
-        """Time step [time]; may be set between runs, with the same checks."""
+        """Time step [time]; may be set between runs, with the same checks, but not in one.
+
+        Raises
+        ------
+        RuntimeError
+            If a run is under way, in a callback too: its steps were planned when it began.
+        """
         return self._dt
 
     @dt.setter
     def dt(self, value: float | str) -> None:
+        if self._runner is not None:
+            raise RuntimeError(
+                "`dt` cannot be set while the simulation is running (nor in a callback): set it "
+                "between calls of run()"
+            )
         if _is_auto(value):
             self._dt = self._bounds[0].value
         else:
@@ -263,24 +279,24 @@ class Simulation(Particles):
             If it is running already.
         """
         plan = running.plan_steps(steps, time, self._dt)
-        every = validation.integer("every", every, minimum=1)
+        every = validation.integer("every", every, minimum=1, maximum=validation.LARGEST)
         if progress is not None:
             progress = validation.boolean("progress", progress)
         if callback is not None and not callable(callback):
             raise TypeError(f"`callback` must be callable, got {type(callback).__name__}")
         observers = check_observers(observe)
-        if self._running:
+        if self._runner is not None:
             raise RuntimeError(
                 "the simulation is running already: call run() neither from its own callback nor "
                 "from another thread"
             )
         for observer in observers:
             observer.check(self, observer.every or every, plan.dt)
-        self._running = True
+        self._runner = threading.get_ident()
         try:
             self._run(plan, every, callback, observers, progress)
         finally:
-            self._running = False
+            self._runner = None
 
     def _run(
         self,
@@ -295,9 +311,8 @@ class Simulation(Particles):
         self._attach(observers, every, plan.dt)
         python = [(o, o.every or every) for o in observers if not isinstance(o, LoopObserver)]
         turns = [turn for _, turn in python] + ([every] if callback is not None else [])
-        chunk = running.chunk_steps(
-            self.n_particles, self._scene.pairs_per_particle, self._integrator.name
-        )
+        pairs = self.n_particles * self._scene.pairs_per_particle
+        chunk = running.chunk_steps(pairs, pairs_per_second(self._scene, self._integrator))
         left = plan.steps
         begun: list[Observer] = []
         with (
@@ -317,6 +332,8 @@ class Simulation(Particles):
                     for observer, turn in python:
                         if self.step % turn == 0:
                             observer.sample(self)
+                            if observer.may_write:
+                                self.refresh()  # for whoever looks next
                     if callback is not None and self.step % every == 0:
                         interruptions.check()
                         with interruptions.allowed():
@@ -356,10 +373,13 @@ class Simulation(Particles):
         self._attached = []
         self._core.detach_all()
 
+    def _refuse_restore(self) -> None:
+        if self._runner is not None:
+            raise RuntimeError("the simulation is running; restore it before or after run()")
+
     def _set_state(self, state: dict[str, Any], dt: float) -> None:
         """Take over a checked state; for `checkpoint`."""
-        if self._running:
-            raise ValueError("the simulation is running; restore it before or after run()")
+        self._refuse_restore()
         self._core.set_state(state)
         self._detach()
         self._dt = dt
@@ -402,6 +422,8 @@ class Simulation(Particles):
         CheckpointError
             If the file is not a valid checkpoint or belongs to a simulation of another scene,
             integrator, seed or skin; nothing has changed.
+        RuntimeError
+            If a run is under way, in a callback too.
         """
         from sdpd import checkpoint
 
@@ -486,6 +508,18 @@ def _is_auto(dt: Any) -> bool:
         validation.choice("dt", dt, ("auto",))
         return True
     return False
+
+
+def _check_skin(core: Core, skin: float | None) -> None:
+    """The core takes no more than the margin of its grid; say so rather than take less."""
+    if skin is None:
+        return
+    used, margin = core.statistics()["skin"], core.statistics()["margin"]
+    if used < skin * (1.0 - 1e-9):
+        raise ValueError(
+            f"`skin` must be <= {margin:.6g}, the margin of the grid of this scene and dt, got "
+            f"{skin:.6g}; None takes the margin"
+        )
 
 
 def _new_core(positions: Array, velocities: Array, settings: dict[str, Any], threads: int) -> Core:

@@ -72,8 +72,15 @@ def _plain(value: Any) -> Any:
     return {name: _plain(item) for name, item in pairs if item is not None}
 
 
-def _name_of(value: object, table: dict[str, Any]) -> str:
-    return next(name for name, kind in table.items() if type(value) is kind)
+def _name_of(value: object, table: dict[str, Any], where: str) -> str:
+    for name, kind in table.items():
+        if type(value) is kind:
+            return name
+    known = ", ".join(kind.__name__ for kind in table.values())
+    raise TypeError(
+        f"`{where}` must be of a built-in class ({known}) to be written to TOML, got an object of "
+        f"the class {type(value).__name__}"
+    )
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
@@ -84,15 +91,18 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
             data[name] = getattr(scene, name)
     fluid = _plain(scene.fluid)
     law = scene.fluid.equation_of_state
-    fluid["equation_of_state"] = {"kind": law.kind, **_plain(law)}
+    kind = _name_of(law, equations_of_state.KINDS, "fluid.equation_of_state")
+    fluid["equation_of_state"] = {"kind": kind, **_plain(law)}
     data["fluid"] = fluid
     data["box"] = _plain(scene.box)
     data["resolution"] = _plain(scene.resolution)
-    data["start"] = {"kind": _name_of(scene.start, initial.STARTS), **_plain(scene.start)}
+    kind = _name_of(scene.start, initial.STARTS, "start")
+    data["start"] = {"kind": kind, **_plain(scene.start)}
     data["effects"] = _plain(scene.effects)
     if scene.body_force is not None:
         force = scene.body_force
-        data["body_force"] = {"kind": _name_of(force, _FORCES), **_plain(force)}
+        kind = _name_of(force, _FORCES, "body_force")
+        data["body_force"] = {"kind": kind, **_plain(force)}
     return data
 
 
@@ -107,7 +117,7 @@ def scene_to_toml(scene: Scene, path: str | os.PathLike[str] | None = None) -> s
 
 
 def _fluid(data: Any) -> Fluid:
-    """A fluid from its values, or from `preset` with some of them changed."""
+    """A fluid from its values, or from `preset`, in a plane with `thickness`, and changes to it."""
     if not isinstance(data, dict):
         raise TypeError(f"`fluid` must be a table, got {data!r}")
     values = dict(data)
@@ -117,16 +127,24 @@ def _fluid(data: Any) -> Fluid:
             raise TypeError(f"`fluid.equation_of_state` must be a table, got {law!r}")
         values["equation_of_state"] = equations_of_state.from_dict(law, "fluid.equation_of_state")
     if "preset" not in values:
-        if "properties" in values or "pressure" in values:
-            raise ValueError("`fluid.properties` and `fluid.pressure` need `fluid.preset`")
+        for name in ("properties", "pressure", "thickness"):
+            if name in values:
+                raise ValueError(f"`fluid.{name}` needs `fluid.preset`")
         return build(Fluid, values, "fluid")
     preset = validation.choice("fluid.preset", values.pop("preset"), list(fluids.PRESETS))
-    known = [field.name for field in fields(Fluid)] + ["preset", "properties", "pressure"]
+    known = [field.name for field in fields(Fluid)] + [
+        "preset",
+        "properties",
+        "pressure",
+        "thickness",
+    ]
     _refuse_unknown(values, known, "fluid")
     names = ("temperature", "properties", "pressure", "bulk_viscosity")
     arguments = {name: values.pop(name) for name in names if name in values}
     try:
         fluid: Fluid = fluids.PRESETS[preset](**arguments)
+        if "thickness" in values:
+            fluid = fluid.in_plane(values.pop("thickness"))
         return fluid.replace(**values)
     except TypeError as error:
         if "unexpected keyword" not in str(error):

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 __all__ = [
+    "LARGEST",
     "boolean",
     "choice",
     "finite",
@@ -32,6 +33,8 @@ __all__ = [
 
 T = TypeVar("T")
 
+LARGEST = 2**63 - 1  # of the integers that the core counts steps and particles with
+
 
 def _show(value: object) -> str:
     shown = f"{value:g}" if isinstance(value, np.floating) else repr(value)
@@ -46,7 +49,10 @@ def _number(name: str, value: object, expected: str) -> float:
             f"`{name}` must be a number ({expected}), got {_show(value)} of type "
             f"{type(value).__name__}"
         )
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"`{name}` must be {expected}, got an integer beyond any float") from None
 
 
 def finite(name: str, value: object) -> float:
@@ -91,8 +97,10 @@ def optional_non_negative(name: str, value: object) -> float | None:
     return None if value is None else non_negative(name, value)
 
 
-def integer(name: str, value: object, *, minimum: int | None = None) -> int:
-    """An int, ``>= minimum`` if a minimum is given. Bools and floats are refused."""
+def integer(
+    name: str, value: object, *, minimum: int | None = None, maximum: int | None = None
+) -> int:
+    """An int, within the bounds that are given. Bools and floats are refused."""
     bound = "" if minimum is None else f" >= {minimum}"
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value.item()
@@ -102,8 +110,16 @@ def integer(name: str, value: object, *, minimum: int | None = None) -> int:
         )
     number = int(value)
     if minimum is not None and number < minimum:
-        raise ValueError(f"`{name}` must be an integer{bound}, got {number}")
+        raise ValueError(f"`{name}` must be an integer{bound}, got {_show_integer(number)}")
+    if maximum is not None and number > maximum:
+        raise ValueError(f"`{name}` must be an integer <= {maximum}, got {_show_integer(number)}")
     return number
+
+
+def _show_integer(number: int) -> str:
+    """Its digits, or how many there are: Python itself refuses to print thousands of them."""
+    bits = number.bit_length()
+    return str(number) if bits <= 256 else f"one of {bits} bits"
 
 
 def boolean(name: str, value: object) -> bool:

@@ -75,7 +75,11 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
         cell,
         ..
     } = engine;
-    let saved = (particles.force.clone(), particles.drag.clone());
+    let saved = (
+        particles.force.clone(),
+        particles.drag.clone(),
+        particles.scratch.clone(),
+    );
     let mut parts = ForceParts::default();
     pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key);
     parts.conservative.clone_from(&particles.force);
@@ -92,7 +96,7 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
         drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key);
     }
     parts.random.clone_from(&particles.drag);
-    (particles.force, particles.drag) = saved;
+    (particles.force, particles.drag, particles.scratch) = saved;
     parts
 }
 
@@ -104,8 +108,8 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
         let mut begin = 0;
         for &[head, end] in &block.rows {
             let i = position[head as usize];
-            for &other in &block.neighbours[begin..end as usize] {
-                let j = position[other as usize];
+            for &place in &block.neighbours[begin..end as usize] {
+                let j = position[block.slots[place as usize] as usize];
                 let r = engine
                     .cell
                     .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);

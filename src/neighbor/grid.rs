@@ -70,9 +70,20 @@ impl Grid {
         for axis in 1..dimension {
             region *= (2.0 / blocks[axis] as f64).min(1.0);
         }
+        let at_once: usize = (1..dimension)
+            .map(|axis| (blocks[axis] / colours_along(blocks[axis])).max(1))
+            .product();
+        let mut wanted = 1;
         if region > 2.0 * REGION_TARGET {
-            let wanted = (2.0 * region / REGION_TARGET).ceil() as usize;
-            blocks[0] = blocks_along(cell.edges[0], width).min(wanted + wanted % 2);
+            wanted = (2.0 * region / REGION_TARGET).ceil() as usize;
+        }
+        if at_once < 4 {
+            // A narrow channel along x: cut it, or one thread would do all the work.
+            wanted = wanted.max(16);
+        }
+        let most = blocks_along(cell.edges[0], width);
+        if wanted > 1 && most >= 4 {
+            blocks[0] = most.min(wanted + wanted % 2);
         }
         let (mut cells_per_block, mut reach, mut inverse_cell) = ([1; 3], [0; 3], [1.0; 3]);
         for axis in 0..dimension {

@@ -1,17 +1,19 @@
 //! Half lists of pairs, one per base block. A base block b owns the pairs between its block and the
 //! blocks at {0,1}^D from it whose smaller coordinate is b's on every axis: every pair of
-//! neighbouring particles belongs to exactly one base block.
+//! neighbouring particles belongs to exactly one base block. These 2^D blocks are its *region*;
+//! partners are stored as 16-bit places in it, which halves the memory of the list.
 
 use rayon::prelude::*;
 
 use super::Grid;
 use crate::domain::PeriodicBox;
+use crate::error::Error;
 use crate::random::fmix64;
 use crate::state::Particles;
 
-/// Slots within a region are 16-bit numbers.
+/// Places within a region are 16-bit numbers.
 pub const REGION_MAX: usize = 1 << 16;
-const BUCKETS: usize = 1024;
+const BUCKETS: usize = 256;
 /// A pair sweep goes through all colours this many times, each time with another share of the pairs.
 /// Colour by colour alone is nearly a natural order: it delivers too little viscosity.
 pub const ROUNDS: usize = 8;
@@ -21,17 +23,33 @@ pub const ROUNDS: usize = 8;
 pub struct BlockList {
     /// (slot of the row's head, end of the row in `neighbours`).
     pub rows: Vec<[u32; 2]>,
-    /// Slots of the partners, row after row.
-    pub neighbours: Vec<u32>,
-    /// The same pairs in shuffled order, as positions in `region`; only if asked for.
+    /// Partners, row after row, as places in the region.
+    pub neighbours: Vec<u16>,
+    /// The same pairs in shuffled order, as places in the region; only if asked for.
     pub shuffled: Vec<[u16; 2]>,
     /// Where each round begins in `shuffled`, and where the last one ends.
     pub rounds: [u32; ROUNDS + 1],
-    /// Slots of the blocks around the base block, in the order of `shuffled`'s numbers.
-    pub region_slots: Vec<u32>,
-    region: Vec<[u32; 2]>,
-    runs: Vec<[u32; 2]>,
+    /// Slot of each place of the region.
+    pub slots: Vec<u32>,
+    region: [Part; 8],
+    runs: Vec<Run>,
     counts: Vec<u32>,
+}
+
+/// One block of a region: its slots and where they begin among the places.
+#[derive(Debug, Default, Clone, Copy)]
+struct Part {
+    start: u32,
+    end: u32,
+    place: u32,
+}
+
+/// Slots that may hold partners; `shift` (wrapping) takes a slot to its place.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    start: u32,
+    end: u32,
+    shift: u32,
 }
 
 /// All pairs closer than the support plus the skin.
@@ -41,7 +59,7 @@ pub struct PairList {
     pub blocks: Vec<BlockList>,
     /// Positions when the list was built, if that was after the grid was renewed.
     pub reference: Vec<[f64; 3]>,
-    /// Largest region seen was too large for 16-bit numbers.
+    /// Some region was too large for 16-bit numbers; the list is then of no use.
     pub overflow: bool,
 }
 
@@ -61,13 +79,23 @@ impl PairList {
             .par_iter_mut()
             .enumerate()
             .for_each(|(base, block)| {
-                block.search::<D>(base, grid, cell, particles, cutoff * cutoff);
-                block.shuffled.clear();
-                if shuffle {
-                    block.shuffle(particles);
+                block.clear();
+                block.enter_region::<D>(base, grid);
+                if block.slots.len() <= REGION_MAX {
+                    block.search::<D>(base, grid, cell, particles, cutoff * cutoff);
+                    if shuffle {
+                        block.shuffle(particles);
+                    }
                 }
             });
-        self.overflow = shuffle && self.blocks.iter().any(|b| b.region_size() > REGION_MAX);
+        self.overflow = self.blocks.iter().any(|b| b.slots.len() > REGION_MAX);
+    }
+
+    /// What to tell the user about an overflow.
+    pub fn overflow_error(&self) -> Error {
+        Error::Invalid(format!(
+            "`support` must leave at most {REGION_MAX} particles within reach of one block of the box; a smaller ratio of support to spacing is needed"
+        ))
     }
 
     /// Number of pairs within the cutoff, skin included.
@@ -83,17 +111,56 @@ impl PairList {
     /// Bytes held by the lists.
     pub fn bytes(&self) -> usize {
         let block_bytes = |b: &BlockList| {
-            8 * (b.rows.capacity() + b.region.capacity() + b.runs.capacity())
-                + 4 * (b.neighbours.capacity() + b.shuffled.capacity())
-                + 4 * (b.region_slots.capacity() + b.counts.capacity())
+            8 * b.rows.capacity()
+                + 12 * b.runs.capacity()
+                + 2 * b.neighbours.capacity()
+                + 4 * (b.shuffled.capacity() + b.slots.capacity() + b.counts.capacity())
         };
         self.blocks.iter().map(block_bytes).sum::<usize>() + 24 * self.reference.capacity()
     }
 }
 
+/// Coordinates of a block.
+fn coordinates(grid: &Grid, block: usize) -> [usize; 3] {
+    let [nx, ny, _] = grid.blocks;
+    [block % nx, block / nx % ny, block / (nx * ny)]
+}
+
+/// The block at `corner` (a bit an axis) of the region of the block at `at`, if the axis has one.
+fn corner_block(grid: &Grid, at: [usize; 3], corner: usize) -> Option<usize> {
+    let mut block = 0;
+    for axis in (0..3).rev() {
+        let bit = corner >> axis & 1;
+        if bit == 1 && grid.blocks[axis] == 1 {
+            return None;
+        }
+        block = block * grid.blocks[axis] + (at[axis] + bit) % grid.blocks[axis];
+    }
+    Some(block)
+}
+
 impl BlockList {
-    fn region_size(&self) -> usize {
-        self.region.iter().map(|r| (r[1] - r[0]) as usize).sum()
+    fn clear(&mut self) {
+        self.rows.clear();
+        self.neighbours.clear();
+        self.shuffled.clear();
+        self.slots.clear();
+    }
+
+    /// Gives a place to every slot of the region.
+    fn enter_region<const D: usize>(&mut self, base: usize, grid: &Grid) {
+        let at = coordinates(grid, base);
+        for corner in 0..1_usize << D {
+            if let Some(block) = corner_block(grid, at, corner) {
+                let range = grid.block_slots(block);
+                self.region[corner] = Part {
+                    start: range.start as u32,
+                    end: range.end as u32,
+                    place: self.slots.len() as u32,
+                };
+                self.slots.extend(range.start as u32..range.end as u32);
+            }
+        }
     }
 
     /// Finds the rows of base block `base`.
@@ -105,36 +172,27 @@ impl BlockList {
         particles: &Particles,
         cutoff2: f64,
     ) {
-        self.rows.clear();
-        self.neighbours.clear();
-        self.region.clear();
-        let [bx, by, _] = grid.blocks;
-        let at = [base % bx, base / bx % by, base / (bx * by)];
+        let at = coordinates(grid, base);
+        let inside = grid.cells_per_block;
         for corner in 0..1_usize << D {
-            let mut head_block = at;
-            if (0..3).any(|a| corner >> a & 1 == 1 && grid.blocks[a] == 1) {
+            let Some(block) = corner_block(grid, at, corner) else {
                 continue;
-            }
-            for a in 0..D {
-                head_block[a] = (at[a] + (corner >> a & 1)) % grid.blocks[a];
-            }
-            let index = head_block[0] + bx * (head_block[1] + by * head_block[2]);
-            let slots = grid.block_slots(index);
-            self.region.push([slots.start as u32, slots.end as u32]);
-            let inside = grid.cells_per_block;
+            };
+            let head_block = coordinates(grid, block);
             for local in 0..grid.cells_in_block() {
+                let index = block * grid.cells_in_block() + local;
+                let (first, last) = (grid.cell_start[index], grid.cell_start[index + 1]);
+                if first == last {
+                    continue;
+                }
                 let here = [
                     head_block[0] * inside[0] + local % inside[0],
                     head_block[1] * inside[1] + local / inside[0] % inside[1],
                     head_block[2] * inside[2] + local / (inside[0] * inside[1]),
                 ];
-                let heads = index * grid.cells_in_block() + local;
-                let (first, last) = (grid.cell_start[heads], grid.cell_start[heads + 1]);
-                if first < last {
-                    self.collect_runs(grid, at, corner, here, first);
-                    for head in first..last {
-                        self.scan_row::<D>(head, cell, particles, cutoff2);
-                    }
+                self.collect_runs(grid, at, corner, here, first);
+                for head in first..last {
+                    self.scan_row::<D>(head, cell, particles, cutoff2);
                 }
             }
         }
@@ -152,35 +210,26 @@ impl BlockList {
     ) {
         self.runs.clear();
         let [xs, ys, zs] = [0, 1, 2].map(|axis| Span::new(grid, axis, here[axis]));
+        // A partner's block and the head's must not both lie on the far side of any axis.
+        let allowed = |axis: usize, cell: usize| {
+            side(grid, at, axis, cell).filter(|bit| corner >> axis & bit == 0)
+        };
         for z in zs.cells() {
-            let Some(bit_z) = side(grid, at, 2, z) else {
-                continue;
-            };
-            if corner >> 2 & bit_z == 1 {
-                continue;
-            }
+            let Some(bit_z) = allowed(2, z) else { continue };
             for y in ys.cells() {
-                let Some(bit_y) = side(grid, at, 1, y) else {
-                    continue;
-                };
-                if corner >> 1 & bit_y == 1 {
-                    continue;
-                }
+                let Some(bit_y) = allowed(1, y) else { continue };
                 for x in xs.cells() {
-                    let Some(bit_x) = side(grid, at, 0, x) else {
-                        continue;
-                    };
-                    if corner & bit_x == 1 {
-                        continue;
-                    }
+                    let Some(bit_x) = allowed(0, x) else { continue };
                     let index = grid.cell_index([x, y, z]);
                     let (start, end) = (grid.cell_start[index], grid.cell_start[index + 1]);
                     if end <= first || start == end {
                         continue;
                     }
+                    let part = self.region[bit_x | bit_y << 1 | bit_z << 2];
+                    let shift = part.place.wrapping_sub(part.start);
                     match self.runs.last_mut() {
-                        Some(run) if run[1] == start => run[1] = end,
-                        _ => self.runs.push([start, end]),
+                        Some(run) if run.end == start && run.shift == shift => run.end = end,
+                        _ => self.runs.push(Run { start, end, shift }),
                     }
                 }
             }
@@ -200,12 +249,12 @@ impl BlockList {
         let begin = self.neighbours.len();
         let mut length = begin;
         for run in &self.runs {
-            let start = run[0].max(head + 1);
-            if start >= run[1] {
+            let start = run.start.max(head + 1);
+            if start >= run.end {
                 continue;
             }
             // Room for all candidates, then keep what is near: no branch per candidate.
-            let room = length + (run[1] - start) as usize;
+            let room = length + (run.end - start) as usize;
             if self.neighbours.len() < room {
                 if self.neighbours.capacity() < room {
                     // Doubling would waste what the particles themselves take.
@@ -213,14 +262,14 @@ impl BlockList {
                 }
                 self.neighbours.resize(room, 0);
             }
-            for slot in start..run[1] {
+            for slot in start..run.end {
                 let other = &position[slot as usize];
                 let r = cell.nearest::<D>([x - other[0], y - other[1], z - other[2]]);
                 let mut r2 = r[0] * r[0] + r[1] * r[1];
                 if D == 3 {
                     r2 += r[2] * r[2];
                 }
-                self.neighbours[length] = slot;
+                self.neighbours[length] = slot.wrapping_add(run.shift) as u16;
                 length += usize::from(r2 < cutoff2);
             }
         }
@@ -230,33 +279,30 @@ impl BlockList {
         }
     }
 
+    /// Place of a slot of the region.
+    fn place(&self, slot: u32) -> u16 {
+        let holds = |part: &&Part| (part.start..part.end).contains(&slot);
+        let part = self.region.iter().find(holds);
+        part.map_or(0, |part| (slot - part.start + part.place) as u16)
+    }
+
     /// Brings the pairs into an order that depends on ids only, block by block: counting sort by a
     /// hash of the two ids. A pair update passes momentum along at once, so in a natural order it
     /// runs ahead along the rows and the fluid comes out too thin at large steps; shuffled, less so.
     /// The hash also deals the pairs out to the rounds of a sweep.
     fn shuffle(&mut self, particles: &Particles) {
-        if self.region_size() > REGION_MAX {
-            return;
-        }
-        self.region_slots.clear();
-        for range in &self.region {
-            self.region_slots.extend(range[0]..range[1]);
-        }
+        const MIX: u64 = 0x9E37_79B9_7F4A_7C15;
+        let hash = |slot: u32| fmix64(particles.id[slot as usize].wrapping_add(MIX));
+        let bucket = |a: u64, b: u64| {
+            ((a ^ b).wrapping_mul(MIX) >> (64 - BUCKETS.trailing_zeros())) as usize
+        };
         self.counts.clear();
         self.counts.resize(BUCKETS + 1, 0);
-        if self.shuffled.capacity() < self.neighbours.len() {
-            self.shuffled.reserve_exact(self.neighbours.len() * 17 / 16);
-        }
-        self.shuffled.resize(self.neighbours.len(), [0; 2]);
-        let bucket = |i: u32, j: u32| {
-            let (a, b) = (particles.id[i as usize], particles.id[j as usize]);
-            let (low, high) = if a < b { (a, b) } else { (b, a) };
-            (fmix64(low.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ fmix64(high)) >> 54) as usize
-        };
         let mut begin = 0;
         for &[head, end] in &self.rows {
+            let own = hash(head);
             for &other in &self.neighbours[begin..end as usize] {
-                self.counts[bucket(head, other) + 1] += 1;
+                self.counts[bucket(own, hash(self.slots[other as usize])) + 1] += 1;
             }
             begin = end as usize;
         }
@@ -266,23 +312,17 @@ impl BlockList {
         for (round, start) in self.rounds.iter_mut().enumerate() {
             *start = self.counts[round * BUCKETS / ROUNDS];
         }
-        let region = &self.region;
-        let place = |slot: u32| {
-            let mut offset = 0;
-            for range in region {
-                if slot >= range[0] && slot < range[1] {
-                    return (offset + slot - range[0]) as u16;
-                }
-                offset += range[1] - range[0];
-            }
-            0
-        };
+        if self.shuffled.capacity() < self.neighbours.len() {
+            self.shuffled.reserve_exact(self.neighbours.len() * 17 / 16);
+        }
+        self.shuffled.resize(self.neighbours.len(), [0; 2]);
         let mut begin = 0;
-        for &[head, end] in &self.rows {
-            let head_place = place(head);
+        for row in 0..self.rows.len() {
+            let [head, end] = self.rows[row];
+            let (own, head_place) = (hash(head), self.place(head));
             for &other in &self.neighbours[begin..end as usize] {
-                let next = &mut self.counts[bucket(head, other)];
-                self.shuffled[*next as usize] = [head_place, place(other)];
+                let next = &mut self.counts[bucket(own, hash(self.slots[other as usize]))];
+                self.shuffled[*next as usize] = [head_place, other];
                 *next += 1;
             }
             begin = end as usize;

@@ -8,6 +8,8 @@ pub struct SkinModel {
     pub dt: f64,
     /// Root mean square velocity of one component.
     pub speed: f64,
+    /// Speed of directed motion, which adds to it.
+    pub drift: f64,
     /// Friction time of a particle; infinite without friction.
     pub friction_time: f64,
     /// Number of particles.
@@ -31,7 +33,7 @@ impl SkinModel {
         };
         let largest =
             (2.0 * (self.n as f64 + 1.0).ln()).sqrt() + 0.7 * (self.dimension as f64 - 1.0);
-        variance.sqrt() * largest
+        variance.sqrt() * largest + self.drift * t
     }
 }
 
@@ -73,6 +75,7 @@ mod tests {
         let model = |speed: f64| SkinModel {
             dt: 1.0,
             speed,
+            drift: 0.0,
             friction_time: 2.0,
             n: 3375,
             dimension: 3,
@@ -84,6 +87,11 @@ mod tests {
             .collect();
         assert!(skins.windows(2).all(|w| w[0] <= w[1]), "{skins:?}");
         assert!(skins[0] <= 0.02 && skins[3] > 0.1);
+        let driven = SkinModel {
+            drift: 1e-2,
+            ..model(1e-6)
+        };
+        assert!(automatic_skin(&driven) > 2.0 * skins[0]);
         let snug = SkinModel {
             edge: 4.0 * (1.0 + 0.9 * skins[3]),
             ..model(1e-2)

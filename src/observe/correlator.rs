@@ -14,6 +14,7 @@ pub struct Correlator {
     points: usize,
     levels: Vec<Level>,
     samples: u64,
+    now: Vec<[f64; 6]>,
     begun: Vec<[Vec<f64>; 3]>,
 }
 
@@ -30,24 +31,38 @@ struct Level {
 }
 
 impl Correlator {
-    /// Sampled every so many steps, with `points` lags on each of `levels` levels.
-    pub fn new(every: u64, dimension: usize, points: usize, levels: usize) -> Self {
-        let level = Level {
-            history: Vec::new(),
-            filled: 0,
-            next: 0,
-            square_displacement: vec![0.0; points],
-            velocity_product: vec![0.0; points],
-            origins: vec![0.0; points],
-        };
-        Self {
+    /// Sampled every so many steps, with `points` lags on each of `levels` levels, for n particles.
+    /// `None` where its memory is not to be had.
+    pub fn new(
+        every: u64,
+        dimension: usize,
+        points: usize,
+        levels: usize,
+        n: usize,
+    ) -> Option<Self> {
+        let (points, levels) = (points.max(2), levels.clamp(1, 62));
+        // All of it now, so that no run can fail for want of it later.
+        let mut all = Vec::new();
+        all.try_reserve_exact(levels).ok()?;
+        for _ in 0..levels {
+            all.push(Level {
+                history: zeros([0.0; 6], n.checked_mul(points)?)?,
+                filled: 0,
+                next: 0,
+                square_displacement: zeros(0.0, points)?,
+                velocity_product: zeros(0.0, points)?,
+                origins: zeros(0.0, points)?,
+            });
+        }
+        Some(Self {
             every: every.max(1),
             dimension,
-            points: points.max(2),
-            levels: vec![level; levels.max(1)],
+            points,
+            levels: all,
             samples: 0,
+            now: zeros([0.0; 6], n)?,
             begun: Vec::new(),
-        }
+        })
     }
 
     /// Lags in samples with the sums at each: (lag, origins, sum |dr|^2, sum v.v'), each origin
@@ -96,22 +111,15 @@ impl Observer for Correlator {
     }
 
     fn sample(&mut self, view: &View) {
-        let n = view.particles.len();
         let (points, dimension) = (self.points, self.dimension);
-        let mut now = vec![[0.0; 6]; 0];
+        self.now = rows_of(view, std::mem::take(&mut self.now));
         for (index, level) in self.levels.iter_mut().enumerate() {
             if !self.samples.is_multiple_of(1 << index) {
                 break;
             }
-            if now.is_empty() {
-                now = rows_of(view);
-            }
-            if level.history.is_empty() {
-                level.history = vec![[0.0; 6]; n * points];
-            }
-            level.store(&now, points);
+            level.store(&self.now, points);
             level.accumulate(
-                &now,
+                &self.now,
                 points,
                 dimension,
                 if index == 0 { 0 } else { points / 2 },
@@ -121,10 +129,17 @@ impl Observer for Correlator {
     }
 }
 
+/// `count` copies of a value, or nothing where there is no memory for them.
+fn zeros<T: Clone>(value: T, count: usize) -> Option<Vec<T>> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(count).ok()?;
+    values.resize(count, value);
+    Some(values)
+}
+
 /// Unwrapped positions and velocities by row, in the user's units.
-fn rows_of(view: &View) -> Vec<[f64; 6]> {
+fn rows_of(view: &View, mut rows: Vec<[f64; 6]>) -> Vec<[f64; 6]> {
     let (particles, units) = (view.particles, view.units);
-    let mut rows = vec![[0.0; 6]; particles.len()];
     for slot in 0..particles.len() {
         let row = &mut rows[particles.row[slot] as usize];
         for a in 0..view.dimension {

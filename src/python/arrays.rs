@@ -97,9 +97,9 @@ impl<T: Stored> Column<T> {
         })
     }
 
-    /// The view.
-    pub fn view(&self, py: Python<'_>) -> Py<PyAny> {
-        self.view.clone_ref(py)
+    /// A view, a new object each time: what a user does to its shape or flags stays his.
+    pub fn view(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        self.view.call_method0(py, "view")
     }
 
     /// The elements, for reading and writing; the token shows that the GIL is held.

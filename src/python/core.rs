@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
-use numpy::ndarray::Array2;
+use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -36,6 +36,8 @@ pub struct Core {
     columns: Columns,
     n: usize,
     dimension: usize,
+    /// The process that made it: its threads do not follow a fork.
+    process: u32,
 }
 
 fn wrong_shape(name: &str, want: [usize; 2], got: &[usize]) -> PyErr {
@@ -56,11 +58,65 @@ fn check_finite(name: &str, values: &[f64], width: usize) -> PyResult<()> {
     }
 }
 
+/// Fastest motion that is not thermal, as far as the initial velocities tell.
+fn directed_speed(velocities: &ArrayView2<'_, f64>, thermal_energy: f64, mass: f64) -> f64 {
+    let square = |row: ArrayView1<'_, f64>| row.iter().map(|v| v * v).sum::<f64>();
+    let largest = velocities
+        .rows()
+        .into_iter()
+        .map(square)
+        .fold(0.0, f64::max);
+    // Six standard deviations may well be thermal.
+    let beyond = largest.sqrt() - 6.0 * (thermal_energy.max(0.0) / mass).sqrt();
+    if beyond.is_finite() {
+        beyond.max(0.0)
+    } else {
+        0.0
+    }
+}
+
+/// Positions must be countable in edges of the box, and no two of them may coincide: nothing would
+/// ever part such a pair.
+fn check_places(engine: &Engine, positions: &[f64]) -> PyResult<()> {
+    const FARTHEST: f64 = 1e9;
+    let d = engine.dimension;
+    let mut places = Vec::with_capacity(positions.len() / d);
+    for (row, position) in positions.chunks_exact(d).enumerate() {
+        let mut place = [0; 3];
+        for axis in 0..d {
+            let x = position[axis] / engine.units.length;
+            if (x * engine.cell.inverse[axis]).abs() > FARTHEST {
+                return Err(PyValueError::new_err(format!(
+                    "`positions` must lie within {FARTHEST:e} edges of the box, got {} in row {row}",
+                    position[axis]
+                )));
+            }
+            place[axis] = engine.cell.wrap(axis, x).0.to_bits();
+        }
+        places.push((place, row));
+    }
+    places.sort_unstable();
+    match places.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        None => Ok(()),
+        Some(pair) => Err(PyValueError::new_err(format!(
+            "`positions` must all differ, got the same in rows {} and {}",
+            pair[0].1, pair[1].1
+        ))),
+    }
+}
+
 impl Core {
     fn lock(&self) -> PyResult<MutexGuard<'_, Engine>> {
+        if std::process::id() != self.process {
+            return Err(PyRuntimeError::new_err(
+                "the simulation was made before this process was forked, and its threads stayed behind; make it here, or start processes with \"spawn\"",
+            ));
+        }
         match self.engine.try_lock() {
             Ok(guard) => Ok(guard),
-            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::Poisoned(_)) => Err(PyRuntimeError::new_err(
+                "an internal error during an earlier run left the simulation unusable; its arrays show the state before that run",
+            )),
             Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
                 "the simulation is running in another thread; wait until its run() returns",
             )),
@@ -128,6 +184,9 @@ impl Core {
         }
         check_finite("positions", positions, d)?;
         check_finite("velocities", velocities, d)?;
+        if lists {
+            check_places(engine, positions)?;
+        }
         for (slot, row, moved, pushed) in changes {
             let units = engine.units;
             let record = &engine.particles.position[slot];
@@ -185,7 +244,7 @@ impl Core {
     #[new]
     #[pyo3(signature = (positions, velocities, *, r#box, support, mass, thermal_energy, kernel, friction,
         friction_across, friction_along, eos, noise, integrator, iterations, body_force, dt, seed, skin,
-        threads))]
+        threads, flow_speed=0.0))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -208,10 +267,12 @@ impl Core {
         seed: u64,
         skin: Option<f64>,
         threads: usize,
+        flow_speed: f64,
     ) -> PyResult<Self> {
         let (positions, velocities) = (positions.as_array(), velocities.as_array());
         let n = positions.nrows();
         let dimension = r#box.len();
+        let thermal = if noise == "none" { 0.0 } else { thermal_energy };
         let settings = Settings {
             combination: Combination {
                 dimension,
@@ -232,6 +293,7 @@ impl Core {
             dt,
             seed,
             skin,
+            flow_speed: flow_speed.max(directed_speed(&velocities, thermal, mass)),
             threads,
         };
         let mut engine = Engine::new(n, &settings).map_err(|e| to_python(py, &e))?;
@@ -276,41 +338,42 @@ impl Core {
             columns,
             n,
             dimension,
+            process: std::process::id(),
         };
         core.export(py, &*core.lock()?);
         Ok(core)
     }
 
     #[getter]
-    fn positions(&self, py: Python<'_>) -> Py<PyAny> {
+    fn positions(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.positions.view(py)
     }
     #[getter]
-    fn velocities(&self, py: Python<'_>) -> Py<PyAny> {
+    fn velocities(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.velocities.view(py)
     }
     #[getter]
-    fn forces(&self, py: Python<'_>) -> Py<PyAny> {
+    fn forces(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.forces.view(py)
     }
     #[getter]
-    fn number_densities(&self, py: Python<'_>) -> Py<PyAny> {
+    fn number_densities(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.number_densities.view(py)
     }
     #[getter]
-    fn densities(&self, py: Python<'_>) -> Py<PyAny> {
+    fn densities(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.densities.view(py)
     }
     #[getter]
-    fn pressures(&self, py: Python<'_>) -> Py<PyAny> {
+    fn pressures(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.pressures.view(py)
     }
     #[getter]
-    fn ids(&self, py: Python<'_>) -> Py<PyAny> {
+    fn ids(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.ids.view(py)
     }
     #[getter]
-    fn images(&self, py: Python<'_>) -> Py<PyAny> {
+    fn images(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.images.view(py)
     }
 
@@ -394,8 +457,8 @@ impl Core {
             for block in order() {
                 let mut begin = 0;
                 for &[head, end] in &block.rows {
-                    for &other in &block.neighbours[begin..end as usize] {
-                        pairs.extend([row(head), row(other)]);
+                    for &place in &block.neighbours[begin..end as usize] {
+                        pairs.extend([row(head), row(block.slots[place as usize])]);
                     }
                     begin = end as usize;
                 }
@@ -405,7 +468,7 @@ impl Core {
                 for block in order() {
                     let [start, end] = [block.rounds[round], block.rounds[round + 1]];
                     for pair in &block.shuffled[start as usize..end as usize] {
-                        pairs.extend(pair.map(|place| row(block.region_slots[place as usize])));
+                        pairs.extend(pair.map(|place| row(block.slots[place as usize])));
                     }
                 }
             }
@@ -456,7 +519,13 @@ impl Core {
         points: usize,
         levels: usize,
     ) -> PyResult<CorrelatorHandle> {
-        let correlator = Correlator::new(every, self.dimension, points, levels);
+        let correlator = Correlator::new(every, self.dimension, points, levels, self.n);
+        let Some(correlator) = correlator else {
+            return Err(PyMemoryError::new_err(format!(
+                "a correlator of {points} points on {levels} levels for {} particles does not fit in memory (48 bytes each)",
+                self.n
+            )));
+        };
         let shared = Arc::new(Mutex::new(correlator));
         self.lock()?.attach(shared.clone());
         Ok(CorrelatorHandle { shared })
@@ -546,13 +615,12 @@ impl Core {
         }
         let particles = &mut engine.particles;
         particles.velocity = velocity;
-        particles.force = force;
         particles.id = id;
         particles.row = row;
         particles.image = image;
         engine.set_clock(clock, step);
         let engine_ref = &mut *engine;
-        py.detach(|| engine_ref.restore_lists(&grid, &list, &position));
+        py.detach(|| engine_ref.restore(&grid, &list, &position, &force));
         self.export(py, &engine);
         Ok(())
     }

@@ -200,14 +200,20 @@ fn uniform_positions(
     to_table(py, relax::uniform_positions(n, dimension, seed), dimension)
 }
 
-/// Positions relaxed by `iterations` of steepest descent, and the relative spread of their density.
+/// Positions relaxed by iterations `first` to `last` of `iterations` of steepest descent, and the
+/// relative spread of their density.
 #[pyfunction]
+#[pyo3(signature = (positions, edges, support, iterations, first=0, last=None, threads=1))]
+#[allow(clippy::too_many_arguments)]
 fn relax_positions<'py>(
     py: Python<'py>,
     positions: PyReadonlyArray2<'py, f64>,
     edges: Vec<f64>,
     support: f64,
     iterations: u32,
+    first: u32,
+    last: Option<u32>,
+    threads: usize,
 ) -> PyResult<(Bound<'py, PyArray2<f64>>, f64)> {
     let dimension = edges.len();
     check_dimension(dimension)?;
@@ -230,10 +236,25 @@ fn relax_positions<'py>(
         }
         scaled.push(position);
     }
-    let spread = py.detach(|| match dimension {
-        2 => relax::relax::<2>(&mut scaled, &cell, iterations),
-        _ => relax::relax::<3>(&mut scaled, &cell, iterations),
-    });
+    if scaled.is_empty() {
+        return Err(invalid(
+            "`positions` must hold at least one row, got none".into(),
+        ));
+    }
+    let slice = first..last.unwrap_or(iterations).min(iterations);
+    // A pool of its own: the global one would not survive a fork.
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.max(1))
+        .build()
+        .map_err(|e| invalid(format!("`threads` = {threads}: {e}")))?;
+    let spread = py
+        .detach(|| {
+            pool.install(|| match dimension {
+                2 => relax::relax::<2>(&mut scaled, &cell, slice, iterations),
+                _ => relax::relax::<3>(&mut scaled, &cell, slice, iterations),
+            })
+        })
+        .map_err(|e| to_python(py, &e))?;
     let flat = scaled
         .iter()
         .flat_map(|p| p[..dimension].iter().map(|x| x * support))

@@ -19,6 +19,7 @@ struct DensityTask<'a, K, const D: usize> {
 impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
     #[inline(always)]
     fn run(self) {
+        let slots = &self.block.slots[..];
         let mut walk = Walk::default();
         let mut r2 = [0.0; CHUNK];
         let mut weight = [0.0; CHUNK];
@@ -26,8 +27,9 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
             let mut back = walk;
             let count = walk.next_pairs(self.block, CHUNK, |head, lane, partners| {
                 let i = self.position[head as usize];
-                for (k, &other) in partners.iter().enumerate() {
-                    // SAFETY: list entries are slots of particles.
+                for (k, &place) in partners.iter().enumerate() {
+                    let other = slots[place as usize];
+                    // SAFETY: list entries lead to slots of particles.
                     let j = unsafe { self.position.get_unchecked(other as usize) };
                     let r = self
                         .cell
@@ -47,7 +49,8 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
             }
             back.next_pairs(self.block, CHUNK, |head, lane, partners| {
                 let mut sum = 0.0;
-                for (k, &other) in partners.iter().enumerate() {
+                for (k, &place) in partners.iter().enumerate() {
+                    let other = slots[place as usize];
                     sum += weight[lane + k];
                     // SAFETY: blocks of one colour share no particle, and other != head.
                     unsafe { *self.density.slot(other) += weight[lane + k] };

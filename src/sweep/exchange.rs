@@ -57,11 +57,11 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
         first: usize,
         pairs: impl Iterator<Item = &'p [u16; 2]>,
     ) -> usize {
-        let slots = &self.block.region_slots;
+        let slots = &self.block.slots[..];
         let mut at = first;
         for pair in pairs {
             let [i, j] = pair.map(|place| slots[place as usize]);
-            // SAFETY: list entries are slots of particles.
+            // SAFETY: list entries lead to slots of particles.
             let (a, b) = unsafe {
                 (
                     self.position.get_unchecked(i as usize),

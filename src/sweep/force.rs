@@ -59,13 +59,15 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
     }
 
     #[inline(always)]
-    fn gather_row(&self, lanes: &mut Lanes, first: usize, head: u32, partners: &[u32]) -> usize {
+    fn gather_row(&self, lanes: &mut Lanes, first: usize, head: u32, partners: &[u16]) -> usize {
+        let slots = &self.block.slots[..];
         let i = self.position[head as usize];
         let v = self.velocity[head as usize];
         let id = if V::ON { self.id[head as usize] } else { 0 };
         let mut at = first;
-        for &other in partners {
-            // SAFETY: list entries are slots of particles.
+        for &place in partners {
+            let other = slots[place as usize];
+            // SAFETY: list entries lead to slots of particles.
             let (j, w) = unsafe {
                 (
                     self.position.get_unchecked(other as usize),

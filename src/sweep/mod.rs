@@ -93,14 +93,15 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, partners)`.
+    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, partners)`, the
+    /// partners as places in the block's region.
     /// Returns the number of pairs.
     #[inline(always)]
     pub(crate) fn next_pairs(
         &mut self,
         block: &BlockList,
         count: usize,
-        mut visit: impl FnMut(u32, usize, &[u32]),
+        mut visit: impl FnMut(u32, usize, &[u16]),
     ) -> usize {
         let begin = self.pair;
         let stop = (begin + count as u32).min(block.neighbours.len() as u32);

@@ -14,7 +14,7 @@ from .sims import small, small_scene
 
 def water(dimension=3, particles=216):
     scene = sdpd.Scene(
-        fluid=sdpd.fluids.water(),
+        fluid=sdpd.fluids.water() if dimension == 3 else sdpd.fluids.water().in_plane(1e-9),
         box=sdpd.Box((1e-8,) * dimension),
         resolution=sdpd.Resolution(particles=particles),
     )

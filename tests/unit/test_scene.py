@@ -104,8 +104,8 @@ class TestDerived:
         assert arguments["support"] == scene.support_radius
         assert arguments["thermal_energy"] == scene.thermal_energy
         assert arguments["body_force"] is None
-        force = sdpd.SinusoidalForce(amplitude=2.0, direction="y", along="z", wavenumber=3)
-        assert water_scene(body_force=force).core_arguments()["body_force"] == ([0, 2.0, 0], (2, 3))
+        force = sdpd.SinusoidalForce(amplitude=2.0, direction="y", along="z", wavenumber=2)
+        assert water_scene(body_force=force).core_arguments()["body_force"] == ([0, 2.0, 0], (2, 2))
         uniform = sdpd.UniformForce((1, 2, 3))
         assert water_scene(body_force=uniform).core_arguments()["body_force"] == ([1, 2, 3], None)
         off = water_scene(effects=sdpd.Effects(dissipation=False, fluctuations=False))

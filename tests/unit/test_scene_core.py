@@ -33,7 +33,7 @@ def test_density_and_friction_rate_of_the_lattice(kernel, dimension, central):
         dimension,
         fluid=fluid,
         box=sdpd.Box((7.0,) * dimension),
-        resolution=sdpd.Resolution(spacing=1.0, kernel=kernel, support=2.64),
+        resolution=sdpd.Resolution(spacing=1.0, kernel=kernel, support=3.3),
         effects=sdpd.Effects(central_friction=central),
         calibrate=True,
     )

@@ -88,7 +88,7 @@ def test_verlet():
 
 def test_viscous_stability_follows_the_friction_rate_of_other_kernels():
     # 0.7 of the mean-field tau is .03 h^2 rho/eta for Lucy; a wider margin where tau is shorter
-    c4 = sdpd.Resolution(spacing=1.0, kernel="wendland_c4", support=2.2)
+    c4 = sdpd.Resolution(spacing=1.0, kernel="wendland_c4", support=3.3)
     s = scene(resolution=c4, effects=sdpd.Effects(central_friction=True))
     bound = named(s, "velocity_verlet")["viscous stability"]
     assert bound.formula == "0.7 tau"

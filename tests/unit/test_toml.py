@@ -60,7 +60,7 @@ def test_round_trip_of_equations_of_state(law):
         {"start": sdpd.LatticeStart(jitter=0.1)},
         {"effects": sdpd.Effects(fluctuations=False, central_friction=True)},
         {"body_force": sdpd.UniformForce((1e9 / 3, 0.0, 0.0))},
-        {"body_force": sdpd.SinusoidalForce(amplitude=1e9, along="z", wavenumber=3)},
+        {"body_force": sdpd.SinusoidalForce(amplitude=1e9, along="z", wavenumber=2)},
         {"sound_speed": 700 / 3, "velocity_scale": 1.0, "length_scale": 2e-9, "calibrate": True},
     ],
 )
@@ -116,7 +116,7 @@ def test_shorthand():
         (
             SHORT.replace('preset = "water"', 'properties = "measured"'),
             ValueError,
-            "`fluid.properties` and `fluid.pressure` need `fluid.preset`",
+            "`fluid.properties` needs `fluid.preset`",
         ),
         (
             SHORT.replace("310.0", "310.0\npressure = 1.0"),
@@ -164,7 +164,7 @@ def test_shorthand():
         (
             SHORT + "[fluid.equation_of_state]\nkind = 'tait'\nexponent = -1\n",
             ValueError,
-            "`fluid.equation_of_state.exponent` must be finite and > 0",
+            "`fluid.equation_of_state.exponent` must be > 1",
         ),
         ("start = 3\n" + SHORT, TypeError, "`start` must be a table, got 3"),
         ("effects = 3\n" + SHORT, TypeError, "`effects` must be a table, got 3"),

@@ -114,7 +114,8 @@ def einstein_diffusion(
             f"{stop:.6g})"
         )
     lag = msd.lag[inside]
-    combination = _slope_weights(lag, np.maximum(inside, 1).astype(np.float64), weights)
+    rows = np.maximum(np.rint(lag / msd.step), 1.0)  # lags need not be equally spaced
+    combination = _slope_weights(lag, rows, weights)
     factor = 1.0 / (2.0 * msd.dimension)
     return msd.derive(
         lambda mean: factor * float(combination @ mean[inside]),

@@ -125,8 +125,9 @@ class _Runner:
 
         self.plan = plan
         self.report = report
+        # Most steps are long ones: lists are laid out for them.
         self.simulation = Simulation(
-            scene, integrator="pair_splitting", dt=plan.short, seed=seed, threads=1
+            scene, integrator="pair_splitting", dt=plan.long, seed=seed, threads=1
         )
         self.chunk = max(1, int(CHUNK_PAIRS / (scene.n_particles * scene.pairs_per_particle)))
         self.states: list[Array] = []
@@ -147,12 +148,22 @@ class _Runner:
                 self.report(number, what)
 
     def block(self, what: str) -> None:
-        """Renew the arrangement, then sample the slope and the long lags."""
+        """Renew the arrangement, then sample the long lags and the slope.
+
+        The slope comes last and after some steps of its own: large steps leave stiff modes a little
+        too hot, and a mode that cools still weighs wrongly in the slope.
+        """
         from sdpd.observers import Correlator, Thermodynamics
 
         plan = self.plan
         for share, steps in zip((1.0, 0.25), plan.renewal, strict=True):
             self.run(share * plan.large, steps, what)
+        thermo = Thermodynamics(every=4)
+        correlator = Correlator(every=1, points=POINTS, levels=plan.levels)
+        self.run(plan.long, plan.long_steps, what, (thermo, correlator))
+        self.states.append(np.array([thermo[name].mean() for name in STATE]))
+        self.long.append(correlator.data)
+        self.run(plan.short, plan.settling, what)
         rates, velocities = [], []
         for step in range(plan.short_steps):
             if step % 8 == 0:
@@ -162,11 +173,6 @@ class _Runner:
         self.rates.append(float(np.mean(rates)))
         for part in np.array_split(np.stack(velocities), SLOPE_PARTS):
             self.short.append(normalized_vacf(part, SLOPE_LAGS))
-        thermo = Thermodynamics(every=4)
-        correlator = Correlator(every=1, points=POINTS, levels=plan.levels)
-        self.run(plan.long, plan.long_steps, what, (thermo, correlator))
-        self.states.append(np.array([thermo[name].mean() for name in STATE]))
-        self.long.append(correlator.data)
 
     def sample(self, seconds: float) -> Sample:
         """What was measured."""

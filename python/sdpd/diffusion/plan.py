@@ -1,8 +1,8 @@
 """How many steps of which size a case runs, from its size alone: never from the clock.
 
 A case runs as independent replicas, each of them: equilibration with large steps; then, for each
-block, some large steps to renew the arrangement of the particles, short steps for the initial slope
-of the velocity autocorrelation (VACF), and longer ones for its integral and the displacements.
+block, some large steps to renew the arrangement of the particles, long steps for the integral of the
+velocity autocorrelation (VACF) and the displacements, and short ones for its initial slope.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class Plan:
         Steps at the large dt, half of it and a quarter of it, before the first block.
     renewal : tuple of int
         Steps at the large dt and a quarter of it before each block.
-    short_steps, long_steps : int
-        Of each block.
+    settling, short_steps, long_steps : int
+        Of each block; short steps before those that are sampled.
     """
 
     large: float
@@ -52,11 +52,12 @@ class Plan:
     renewal: tuple[int, int]
     short_steps: int
     long_steps: int
+    settling: int = 16
 
     @property
     def replica_steps(self) -> int:
         """Steps of one replica."""
-        block = sum(self.renewal) + self.short_steps + self.long_steps
+        block = sum(self.renewal) + self.settling + self.short_steps + self.long_steps
         return sum(self.equilibration) + self.blocks * block
 
     @property
@@ -119,7 +120,8 @@ def plan_case(scene: Scene, *, core_minutes: float = CORE_MINUTES) -> Plan:
     replicas, blocks, short_steps = 2, 8, 40
     equilibration, renewal = (300, 60, 60), (_renewal(scene), 8)
     total = 60.0 * minutes * PAIRS_PER_SECOND / pairs / replicas
-    length = (total - sum(equilibration)) / blocks - sum(renewal) - short_steps
+    other = sum(renewal) + Plan.settling + short_steps
+    length = (total - sum(equilibration)) / blocks - other
     large, short, long = _steps(scene)
     return Plan(
         large=large,

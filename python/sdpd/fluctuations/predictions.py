@@ -18,14 +18,14 @@ __all__ = ["DensityPrediction"]
 
 Array = NDArray[np.float64]
 
-# Measured against simulation at X = 100 to 400 (docs/guide/fluctuations): relative accuracy of the
-# approximation for P >= rho c^2/2 with h/dx >= 2.6, the same below, and for low pressures. Means
-# are absolute, over n and rho c^2.
+# Accuracy of the approximation in units of the mean density's excess <d_i>/n - 1, which measures
+# the fluctuations it is of first order in; for P > rho c^2/2 and below, with the smallest value
+# stated. From simulations at X = 100 and 400 (docs/guide/fluctuations).
 LIMITS = {
-    "structure": (0.05, 0.15, 0.60),
-    "variance": (0.10, 0.15, 0.40),
-    "cells": (0.15, 0.20, 0.25),
-    "mean": (0.004, 0.01, 0.03),
+    "structure": (4.0, 20.0, 0.03),
+    "variance": (12.0, 12.0, 0.03),
+    "cells": (15.0, 15.0, 0.05),
+    "mean": (0.25, 0.25, 5e-4),
 }
 
 
@@ -96,19 +96,17 @@ class DensityPrediction:
         rho, strain = scene.fluid.density, 0.01
         law = scene.fluid.equation_of_state
         density = rho * (1.0 + self.bias + strain * np.array([-1.0, 0.0, 1.0]))
-        low, mid, high = law.pressure(
-            density, reference_density=rho, sound_speed=scene.sound.speed
-        )
+        low, mid, high = law.pressure(density, reference_density=rho, sound_speed=scene.sound.speed)
         curvature = float(low - 2.0 * mid + high) / strain**2
         unit = scene.stiffness * scene.thermal_energy * scene.n_particles / scene.box.volume
         return (float(mid) + 0.5 * curvature * self.variance) / unit
 
     def accuracy(self, quantity: str) -> float:
-        """Stated accuracy of the approximation for a quantity of `LIMITS` [1]."""
+        """Stated accuracy for a quantity of `LIMITS`, relative but for "mean" [1]."""
         scene = self._scene
-        share = scene.pressure_number / scene.stiffness
-        column = (0 if scene.resolution.support >= 2.6 else 1) if share > 0.5 else 2
-        return LIMITS[quantity][column]
+        stiff, soft, smallest = LIMITS[quantity]
+        low = scene.pressure_number <= 0.5 * scene.stiffness
+        return max(smallest, (soft if low else stiff) * abs(self.bias))
 
     def _add_step(self) -> None:
         scene = self._scene

@@ -57,16 +57,16 @@ def _table(study: Study) -> str:
             lines.append([group, *[""] * 7])
         lines.append(_line(item, agreed, bound))
     widths = [max(len(line[k]) for line in lines) for k in range(8)]
-    rows = [
-        "  ".join([line[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(line[1:], widths[1:]))])  # noqa: B905
-        for line in lines
-    ]
+    rows = []
+    for line in lines:
+        numbers = [cell.rjust(width) for cell, width in zip(line, widths, strict=True)]
+        rows.append("  ".join([line[0].ljust(widths[0]), *numbers[1:]]))
     return "\n".join([rows[0].rstrip(), "-" * len(rows[0]), *(row.rstrip() for row in rows[1:])])
 
 
 def _line(item: Item, agreed: bool, bound: float) -> list[str]:
     estimate = item.estimate
-    kind = "exact" if item.exact else f"± {item.accuracy / abs(item.prediction):.1%}"
+    kind = "exact" if item.exact else f"± {item.accuracy / item.scale:.1%}"
     seen = item.visible(bound)
     return [
         f"  {item.name}",
@@ -75,18 +75,20 @@ def _line(item: Item, agreed: bool, bound: float) -> list[str]:
         f"{item.prediction:.5g}",
         kind,
         f"{item.z:+.1f}",
-        f"{seen:.1%}" if seen < 1.0 else "",
+        f"{seen:.1%}",
         "ok" if agreed else "FAIL",
     ]
 
 
 def _notes(study: Study) -> str:
-    parts = [
+    about = (
         "SE: one standard error, from the blocks. z: distance from theory in SE. Sees: the "
-        "smallest fault, relative to theory, that fails here. Velocities are predicted exactly at "
-        "any dt; the density by the random-phase approximation (RPA) at this dt, with its stated "
-        "accuracy, beyond which an item fails."
-    ]
+        "smallest fault, relative to theory (to kT/m for correlations in space, to rho c^2 for the "
+        "pressure), that fails here. Velocities are predicted exactly at any dt; the density by "
+        "the random-phase approximation (RPA) at this dt, with its stated accuracy, beyond which "
+        "an item fails."
+    )
+    parts = [about]
     if study.prediction is None:
         parts.append(
             "No prediction for the density: the fluid is beyond the pairing limit of its kernel "

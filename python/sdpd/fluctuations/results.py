@@ -37,6 +37,8 @@ class Item:
         [1].
     accuracy : float
         Of the prediction itself, absolute [1]; 0 where theory is exact.
+    unit : float or None
+        What a fault is relative to [1]; the prediction if None.
     """
 
     group: str
@@ -44,6 +46,12 @@ class Item:
     estimate: Estimate
     prediction: float
     accuracy: float = 0.0
+    unit: float | None = None
+
+    @property
+    def scale(self) -> float:
+        """What a fault is relative to [1]."""
+        return abs(self.prediction) if self.unit is None else self.unit
 
     @property
     def exact(self) -> bool:
@@ -64,8 +72,7 @@ class Item:
 
     def visible(self, threshold: float) -> float:
         """Smallest relative fault that is beyond `threshold` standard errors and the accuracy."""
-        seen = self.accuracy + threshold * self.estimate.stderr
-        return seen / abs(self.prediction) if self.prediction else float("inf")
+        return (self.accuracy + threshold * self.estimate.stderr) / self.scale
 
 
 def judge(items: tuple[Item, ...]) -> tuple[bool, ...]:
@@ -124,6 +131,7 @@ def _velocities(scene: Scene, sampler: Sampler) -> Iterator[Item]:
             name=f"<v_i.v_j>/(D kT/m), r/h {edges[k]:.1f} to {edges[k + 1]:.1f}",
             estimate=ensemble(sums[:, k] / counts[:, k]),
             prediction=-1.0 / scene.n_particles,
+            unit=1.0,
         )
     for parts in sampler.divisions:
         yield Item(
@@ -191,6 +199,7 @@ def _density(sampler: Sampler, theory: DensityPrediction) -> Iterator[Item]:
         name="mean of P(rho_i) over rho c^2",
         estimate=ensemble(table["pressure"][:, 0]),
         prediction=theory.pressure,
+        unit=1.0,
         accuracy=theory.accuracy("mean"),
     )
 

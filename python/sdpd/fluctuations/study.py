@@ -110,11 +110,11 @@ def run_fluctuations(
     >>> import sdpd
     >>> scene = sdpd.Scene(
     ...     fluid=sdpd.fluids.water(),
-    ...     box=sdpd.Box((1e-8, 1e-8)),
-    ...     resolution=sdpd.Resolution(particles=144, kernel="wendland_c2", support=2.65),
+    ...     box=sdpd.Box((1e-8, 1e-8, 1e-8)),
+    ...     resolution=sdpd.Resolution(particles=216, kernel="wendland_c2", support=2.65),
     ...     start=sdpd.RandomStart(),
     ... )
-    >>> study = sdpd.fluctuations.run_fluctuations(scene, quick=True, time_factor=0.3)
+    >>> study = sdpd.fluctuations.run_fluctuations(scene, quick=True, time_factor=0.1)
     >>> study.items[0].name, study.items[0].exact
     ('variance of v_x over kT/m, N - 1', True)
     """
