@@ -224,6 +224,7 @@ impl Engine {
             friction_time: friction_time(&friction, density, dimension),
             n,
             dimension,
+            rebuild: SkinModel::rebuild_cost(integrator.shuffles()),
             edge: cell.edges[1..dimension]
                 .iter()
                 .copied()

@@ -15,6 +15,7 @@ __all__ = [
     "eos_evaluate",
     "kernel_names",
     "kernel_profile",
+    "list_margin",
     "normal_velocities",
     "pair_variates",
     "philox4x32",
@@ -43,6 +44,17 @@ def pair_variates(
 def registry_table() -> list[dict[str, Any]]: ...
 def normal_velocities(n: int, dimension: int, seed: int) -> _Float: ...
 def uniform_positions(n: int, dimension: int, seed: int) -> _Float: ...
+def list_margin(
+    *,
+    particles: int,
+    dimension: int,
+    shortest_edge: float,
+    dt: float,
+    thermal_speed: float,
+    flow_speed: float,
+    friction_time: float,
+    shuffles: bool,
+) -> float: ...
 def relax_positions(
     positions: _Float,
     edges: list[float],

@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from sdpd import timestep
 from sdpd.integrators import Integrator, resolve
 from sdpd.timestep import ExpectedErrors, TimeStepBound
@@ -53,33 +51,40 @@ def pairs_per_second(scene: Scene, integrator: Integrator) -> float:
     return rates[integrator.noise] if noisy else max(rates.values())
 
 
-def margin(scene: Scene, dt: float) -> float:
-    """Margin of the grid, which is the skin of the lists unless given [length].
+def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) -> float:
+    """Margin of the grid that the core will choose, which is the skin of the lists unless given.
 
-    The core's own estimate (src/neighbor/skin.rs), in units of h and v_th: the margin with the
-    least cost of pairs in it and of renewals, which come when the fastest particle, of an
-    Ornstein-Uhlenbeck process in the flow, has moved half of it.
+    Parameters
+    ----------
+    scene : Scene
+    dt : float
+        [time].
+    integrator : Integrator or str, optional
+        The default for the scene if None.
+
+    Returns
+    -------
+    float
+        [length].
     """
-    d, h, n = scene.dimension, scene.support_radius, scene.n_particles
-    scale = h / scene.thermal_speed
+    from sdpd import _core
+
+    active = scene.active_effects
+    chosen = resolve(integrator, fluctuations=active.fluctuations)
+    d, h = scene.dimension, scene.support_radius
     rate = scene.friction_across + scene.friction_along / d
-    tau = scene.fluid.density * h**2 / (12.0 * rate) / scale if rate > 0.0 else math.inf
-    drift = (scene.flow_speed or 0.0) / scene.thermal_speed
-    noisy = scene.active_effects.fluctuations
-    largest = math.sqrt(2.0 * math.log(n + 1.0)) + 0.7 * (d - 1)
-    margins = 0.01 * np.arange(1, 61)
-    low, high = np.ones(60), np.full(60, 2000.0)
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        t = middle * (dt / scale)
-        x = t / tau
-        smooth = 2.0 * tau**2 * (x + np.expm1(-x)) if tau < math.inf else t**2
-        spread = np.sqrt(np.where(x < 1e-4, t**2, smooth)) * largest if noisy else 0.0
-        beyond = spread + drift * t > 0.5 * margins
-        high, low = np.where(beyond, middle, high), np.where(beyond, low, middle)
-    price = (1.0 + margins) ** d + 1.5 / low
-    price[min(scene.box.lengths[1:]) / h < 4.0 * (1.0 + margins)] *= 1.2
-    return float(margins[np.argmin(price)]) * h
+    # int F dV = 12/h^2, about right for every kernel, as in the core.
+    tau = scene.fluid.density * h**2 / (12.0 * rate) if rate > 0.0 else math.inf
+    return h * _core.list_margin(
+        particles=scene.n_particles,
+        dimension=d,
+        shortest_edge=min(scene.box.lengths[1:]) / h,
+        dt=dt,
+        thermal_speed=scene.thermal_speed / h if active.fluctuations else 0.0,
+        flow_speed=(scene.flow_speed or 0.0) / h,
+        friction_time=tau,
+        shuffles=chosen.name == "pair_splitting" and rate > 0.0,
+    )
 
 
 @dataclass(frozen=True)
@@ -159,7 +164,7 @@ def cost(scene: Scene, integrator: Integrator | str | None = None, **accuracy: A
     chosen = resolve(integrator, fluctuations=scene.active_effects.fluctuations)
     bounds = timestep.bounds(scene, chosen, **accuracy)
     dt, number, pairs = bounds[0].value, scene.n_particles, scene.pairs_per_particle
-    listed = pairs * (1.0 + margin(scene, dt) / scene.support_radius) ** scene.dimension
+    listed = pairs * (1.0 + margin(scene, dt, chosen) / scene.support_radius) ** scene.dimension
     coefficients = COEFFICIENTS[chosen.name]
     memory = coefficients.bytes_per_particle + coefficients.bytes_per_listed_pair * listed
     memory += BYTES_FOR_ITERATIONS * (chosen.iterations > 0)

@@ -107,6 +107,8 @@ class RandomStart(Start):
         object.__setattr__(self, "relax_steps", steps)
 
 
+RELAX_SLICE = 4  # iterations between two chances to interrupt
+
 STARTS: dict[str, type[Start]] = {"lattice": LatticeStart, "random": RandomStart}
 
 
@@ -123,7 +125,7 @@ def _wrap(points: Array, box: Box) -> Array:
     return np.where(wrapped >= lengths, 0.0, wrapped)
 
 
-def positions(scene: Scene, seed: int) -> Array:
+def positions(scene: Scene, seed: int, threads: int = 1) -> Array:
     """Initial positions of a scene.
 
     Parameters
@@ -131,6 +133,8 @@ def positions(scene: Scene, seed: int) -> Array:
     scene : Scene
     seed : int
         >= 0.
+    threads : int
+        For relaxing a random start; the result does not depend on it.
 
     Returns
     -------
@@ -157,10 +161,19 @@ def positions(scene: Scene, seed: int) -> Array:
         return _wrap(uniform * lengths, box)
     assert start.relax_steps is not None
     points = _quasi_random(number, dimension) * lengths + uniform * scene.spacing
-    relaxed, _ = _core.relax_positions(
-        _wrap(points, box), list(box.lengths), scene.support_radius, start.relax_steps
-    )
-    return _wrap(np.asarray(relaxed), box)
+    points = _wrap(points, box)
+    # A few iterations a call, so that Ctrl-C is heard in between.
+    for first in range(0, start.relax_steps, RELAX_SLICE):
+        points, _ = _core.relax_positions(
+            points,
+            list(box.lengths),
+            scene.support_radius,
+            start.relax_steps,
+            first,
+            first + RELAX_SLICE,
+            threads,
+        )
+    return _wrap(np.asarray(points), box)
 
 
 def _quasi_random(number: int, dimension: int) -> Array:

@@ -119,7 +119,7 @@ class Simulation(Particles):
         self._bounds = tuple(timestep.bounds(scene, chosen, **self._accuracy))
         self._dt = self._bounds[0].value if _is_auto(dt) else self._checked_dt(scene, chosen, dt)
         if positions is None:
-            points = initial.positions(scene, seed)
+            points = initial.positions(scene, seed, threads)
         else:
             points = initial.check_positions(scene, positions)
         if velocities is None:

@@ -16,6 +16,8 @@ pub struct SkinModel {
     pub n: usize,
     /// D.
     pub dimension: usize,
+    /// Cost of a rebuild in steps, over the share of its cost that a pair in the skin causes.
+    pub rebuild: f64,
     /// Shortest edge of the box along which blocks are cut [h]; the first axis has long blocks.
     pub edge: f64,
 }
@@ -37,10 +39,15 @@ impl SkinModel {
     }
 }
 
+impl SkinModel {
+    /// Cost of a rebuild over that of a step: a step of the splitting takes more than twice as long.
+    pub fn rebuild_cost(shuffles: bool) -> f64 {
+        if shuffles { 1.0 } else { 1.5 }
+    }
+}
+
 /// The skin [h] with the least estimated cost per step.
 pub fn automatic_skin(model: &SkinModel) -> f64 {
-    // A rebuild costs about as much as this many steps.
-    const REBUILD: f64 = 1.5;
     let mut best = (f64::INFINITY, 0.1);
     for k in 1..=60 {
         let skin = 0.01 * f64::from(k);
@@ -54,7 +61,7 @@ pub fn automatic_skin(model: &SkinModel) -> f64 {
             }
         }
         // Pairs in the skin cost less than pairs that interact, but not much less.
-        let mut cost = (1.0 + skin).powi(model.dimension as i32) + REBUILD / low;
+        let mut cost = (1.0 + skin).powi(model.dimension as i32) + model.rebuild / low;
         if model.edge < 4.0 * (1.0 + skin) {
             // Fewer than four blocks along an axis: no two of one colour, nothing to share out.
             cost *= 1.2;
@@ -79,6 +86,7 @@ mod tests {
             friction_time: 2.0,
             n: 3375,
             dimension: 3,
+            rebuild: 1.5,
             edge: 100.0,
         };
         let skins: Vec<f64> = [1e-6, 1e-4, 1e-3, 1e-2]

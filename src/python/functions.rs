@@ -9,6 +9,7 @@ use pyo3::types::{PyDict, PyList};
 use super::errors::to_python;
 use crate::domain::PeriodicBox;
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
+use crate::neighbor::{SkinModel, automatic_skin};
 use crate::random::{Gaussian, Stream, SweepKey, Uniform, Variate};
 use crate::{eos, random, registry, relax};
 
@@ -262,6 +263,33 @@ fn relax_positions<'py>(
     Ok((to_table(py, flat, dimension)?, spread))
 }
 
+/// The margin that a simulation will choose, in supports; lengths in supports, one unit of time.
+#[pyfunction]
+#[pyo3(signature = (*, particles, dimension, shortest_edge, dt, thermal_speed, flow_speed,
+    friction_time, shuffles))]
+#[allow(clippy::too_many_arguments)]
+fn list_margin(
+    particles: usize,
+    dimension: usize,
+    shortest_edge: f64,
+    dt: f64,
+    thermal_speed: f64,
+    flow_speed: f64,
+    friction_time: f64,
+    shuffles: bool,
+) -> f64 {
+    automatic_skin(&SkinModel {
+        dt,
+        speed: thermal_speed,
+        drift: flow_speed,
+        friction_time,
+        n: particles,
+        dimension,
+        rebuild: SkinModel::rebuild_cost(shuffles),
+        edge: shortest_edge,
+    })
+}
+
 /// Adds all functions to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(kernel_names, module)?)?;
@@ -272,5 +300,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(registry_table, module)?)?;
     module.add_function(wrap_pyfunction!(normal_velocities, module)?)?;
     module.add_function(wrap_pyfunction!(uniform_positions, module)?)?;
+    module.add_function(wrap_pyfunction!(list_margin, module)?)?;
     module.add_function(wrap_pyfunction!(relax_positions, module)?)
 }

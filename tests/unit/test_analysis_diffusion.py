@@ -1,5 +1,7 @@
 """Diffusion coefficients of processes whose answers are exact, judged by z and by their power."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,23 @@ def test_covariance_weights_are_sharpest_on_a_brownian_walk():
         for w in ("generalized", "brownian", "uniform")
     ]
     assert errors[0] < errors[1] < errors[2]
+
+
+def test_lags_need_not_be_equally_spaced():
+    """The weights are those of the same lags, whatever lies between them."""
+    curve = analysis.msd(brownian(2000, 20, 3, 0.5, 0.1, 23), 0.1, max_lag=32)
+    kept = np.array([0, 1, 2, 4, 8, 16, 32])
+    thinned = replace(
+        curve,
+        lag=curve.lag[kept],
+        blocks=curve.blocks[:, kept],
+        block_counts=curve.block_counts[:, kept],
+    )
+    n = kept[2:].astype(float)
+    variance = n**2 + n * (n - 1) * (2 * n - 1) / 3
+    found = analysis.einstein_diffusion(thinned, window=(0.2, 3.2)).value
+    slope = np.polyfit(0.1 * n, curve.mean[kept[2:]], 1, w=variance**-0.5)[0]
+    assert found == pytest.approx(slope / 6.0, rel=1e-9)
 
 
 def test_slope_of_an_exact_line_is_exact():

@@ -159,20 +159,26 @@ def test_laws_compare_hash_and_print():
         (
             lambda: eos.IdealGas(reference_density=5.0),
             ValueError,
-            "`reference_density` must be None for IdealGas, P = c^2 rho, which does not depend on "
-            "it, got 5",
+            (
+                "`reference_density` must be None for IdealGas, P = c^2 rho, which does not "
+                "depend on it, got 5"
+            ),
         ),
         (
             lambda: eos.Polynomial(coefficients=(0, 1), sound_speed=5.0),
             ValueError,
-            "`sound_speed` must be None for Polynomial, P = sum_k a_k rho^k, which does not depend "
-            "on it, got 5",
+            (
+                "`sound_speed` must be None for Polynomial, P = sum_k a_k rho^k, which does not "
+                "depend on it, got 5"
+            ),
         ),
         (
             lambda: eos.Table(densities=(1, 2), pressures=(1, 2), reference_density=7.0),
             ValueError,
-            "`reference_density` must be None for Table, P(rho) interpolated in a table, which "
-            "does not depend on it, got 7",
+            (
+                "`reference_density` must be None for Table, P(rho) interpolated in a table, which "
+                "does not depend on it, got 7"
+            ),
         ),
         (
             lambda: eos.IdealGas().evaluate([0.0], reference_density=1, sound_speed=1),

@@ -233,7 +233,7 @@ def test_force_parts_take_a_step():
 def test_classes():
     assert issubclass(sdpd.SimulationError, RuntimeError)
     assert issubclass(sdpd.CheckpointError, ValueError)
-    for warning in (sdpd.TimeStepWarning, sdpd.PairingWarning):
+    for warning in (sdpd.TimeStepWarning, sdpd.PairingWarning, sdpd.ResolutionWarning):
         assert issubclass(warning, sdpd.SdpdWarning)
     assert issubclass(sdpd.SdpdWarning, UserWarning)
 

@@ -85,6 +85,14 @@ def test_in_plane_scales_what_is_per_volume():
     assert make().in_plane(2.0).thermal_conductivity is None
 
 
+def test_fluids_know_their_dimension():
+    presets = (fluids.water(), fluids.nitrogen(), fluids.argon())
+    assert [fluid.dimension for fluid in presets] == [3, 3, 3]
+    assert fluids.water().in_plane(1e-9).dimension == make().in_plane(1.0).dimension == 2
+    assert make().dimension is None
+    assert "kg/m^2" in str(fluids.water().in_plane(1e-9))
+
+
 @pytest.mark.parametrize(
     ("call", "kind", "text"),
     [
@@ -129,6 +137,29 @@ def test_in_plane_scales_what_is_per_volume():
                 "properties "
                 "of liquid water, got 500; build an sdpd.Fluid for other states"
             ),
+        ),
+        (
+            lambda: fluids.nitrogen(pressure=-5.0),
+            ValueError,
+            "`pressure` must be finite and > 0, got -5",
+        ),
+        (
+            lambda: fluids.nitrogen(pressure=5e5),
+            ValueError,
+            (
+                "`pressure` must be None with properties='yang2013', whose density is a constant, "
+                "got 500000; use properties='measured'"
+            ),
+        ),
+        (
+            lambda: make(dimension=4),
+            ValueError,
+            "`dimension` must be an integer <= 3, got 4",
+        ),
+        (
+            lambda: fluids.water().in_plane(1.0).in_plane(1.0),
+            ValueError,
+            "`dimension` must be 3 or None for in_plane, got 2",
         ),
         (
             lambda: fluids.argon(pressure=-1.0),

@@ -9,6 +9,10 @@ import numpy as np
 import pytest
 
 import sdpd
+from sdpd import cost
+from sdpd.effects import BodyForce
+from sdpd.initial import Start
+from sdpd.integrators import Integrator
 from sdpd.sound import choose_sound_speed
 
 from .scenes import reduced_scene, water_scene
@@ -363,3 +367,199 @@ class TestPairingWarning:
         law = sdpd.eos.Linear(background_pressure=-200.0)
         with pytest.warns(sdpd.PairingWarning, match="pressure at the mean density is negative"):
             reduced_scene(fluid=self.fluid(law))
+
+
+class TestDimension:
+    def test_a_fluid_of_three_dimensions_is_refused_in_a_plane(self):
+        flat = {"box": sdpd.Box((1e-8, 1e-8)), "resolution": sdpd.Resolution(particles=100)}
+        with pytest.raises(ValueError, match=r"Fluid\.in_plane\(thickness\)") as caught:
+            water_scene(**flat)
+        assert str(caught.value).startswith("`fluid` must have the constants of 2 dimensions")
+        layer = water_scene(fluid=sdpd.fluids.water().in_plane(1e-9), **flat)
+        assert layer.particle_mass == pytest.approx(1000.0 * 1e-9 * 1e-16 / 100)
+        assert layer.to_toml().count("dimension = 2") == 1
+        assert sdpd.Scene.from_toml(layer.to_toml()) == layer
+
+    def test_a_plane_is_refused_in_space(self):
+        with pytest.raises(ValueError, match=r"before Fluid\.in_plane\(thickness\)"):
+            water_scene(fluid=sdpd.fluids.water().in_plane(1e-9))
+
+    def test_a_fluid_that_does_not_say_is_not_checked(self):
+        fluid = sdpd.Fluid(density=1.0, shear_viscosity=20.0, temperature=1.0)
+        assert fluid.dimension is None
+        for dimension in (2, 3):
+            assert reduced_scene(dimension, fluid=fluid).dimension == dimension
+
+
+class TestResolutionWarning:
+    @staticmethod
+    def few(support, **changes):
+        resolution = sdpd.Resolution(particles=512, kernel="wendland_c4", support=support)
+        return water_scene(resolution=resolution, **changes)
+
+    def test_too_few_neighbours(self):
+        with pytest.warns(sdpd.ResolutionWarning) as caught:
+            scene = self.few(1.6)
+        factors, text = scene.factors, str(caught[0].message)
+        assert f"d/n = {factors.density:.4g}" in text
+        assert f"eta_eff/eta = {factors.viscosity:.4g}" in text
+        assert caught[0].filename == __file__.replace("test_scene", "scenes")
+        self.few(3.0)
+
+    def test_viscosity_does_not_matter_where_there_is_none(self):
+        with pytest.warns(sdpd.ResolutionWarning, match="eta_eff"):
+            self.few(2.1)
+        self.few(2.1, effects=sdpd.Effects(dissipation=False, fluctuations=False))
+
+    def test_calibration_of_nothing_is_refused(self):
+        with pytest.raises(ValueError, match="`calibrate` must be False where eta_eff/eta <"):
+            self.few(1.3, calibrate=True)
+        with pytest.warns(sdpd.ResolutionWarning):
+            assert self.few(2.1, calibrate=True).calibration < 0.8
+
+    def test_short_waves(self):
+        def driven(waves, **changes):
+            force = sdpd.SinusoidalForce(amplitude=1.0, wavenumber=waves)
+            return reduced_scene(body_force=force, **changes)
+
+        driven(2)  # 6 spacings, two supports
+        with pytest.warns(sdpd.ResolutionWarning, match=r"`body_force`, 4, is shorter than two"):
+            driven(3)
+        with pytest.raises(ValueError, match=r"`body_force.wavenumber` must leave a wavelength"):
+            driven(7)
+        driven(7, effects=sdpd.Effects(body_force=False))
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: reduced_scene(resolution=sdpd.Resolution(spacing=1e-300)),
+        lambda: reduced_scene(resolution=sdpd.Resolution(spacing=5e-324)),
+        lambda: reduced_scene(resolution=sdpd.Resolution(particles=(10**12,) * 3)),
+        lambda: sdpd.Resolution(particles=10**5000),
+        lambda: sdpd.Resolution(spacing=10**400),
+        lambda: sdpd.Box((1e-150,) * 3),
+        lambda: sdpd.Box((1e150,) * 3),
+        lambda: reduced_scene(
+            box=sdpd.Box((1e-100,) * 3), resolution=sdpd.Resolution(particles=8**3)
+        ),
+        lambda: water_scene(fluid=sdpd.fluids.water(1e-300)).regime(),
+        lambda: water_scene(fluid=sdpd.fluids.water(1e-310)),
+        lambda: water_scene(sound_speed=1e200),
+        lambda: sdpd.SinusoidalForce(amplitude=1.0, wavenumber=2**40),
+        lambda: sdpd.VelocityVerlet(iterations=2**40),
+        lambda: sdpd.VelocityVerlet(iterations=1001),
+        lambda: sdpd.RandomStart(relax_steps=2**33),
+        lambda: sdpd.RandomStart(relax_steps=10**6 + 1),
+        lambda: sdpd.RandomStart(relax=False, relax_steps=3),
+        lambda: sdpd.Correlator(points=2**70),
+        lambda: sdpd.Thermodynamics(every=2**70),
+    ],
+)
+def test_magnitudes_are_values(call):
+    with pytest.raises(ValueError):
+        call()
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: reduced_scene(start=Start()),
+        lambda: reduced_scene(body_force=BodyForce()),
+        lambda: reduced_scene().fluid.replace(equation_of_state=sdpd.eos.EquationOfState()),
+        lambda: reduced_scene().cost(Integrator()),
+    ],
+)
+def test_bases_are_refused(call):
+    with pytest.raises(TypeError):
+        call()
+
+
+def test_a_random_start_relaxes_for_200_steps_unless_told():
+    assert sdpd.RandomStart().relax_steps == 200
+    assert sdpd.RandomStart(relax=False).relax_steps is None
+
+
+@pytest.mark.parametrize(
+    ("particles", "support", "hints"),
+    [
+        (1001, 2.64, ["1000 = 10 x 10 x 10 would fit", "sdpd.RandomStart()"]),
+        (200, 2.64, ["216 = 6 x 6 x 6 would fit", "sdpd.RandomStart()"]),
+        (200, 2.95, ["216 = 6 x 6 x 6 would fit"]),  # 200 leave less than two supports
+        (220, 3.01, ["sdpd.RandomStart()"]),  # and so do 216
+        (60, 3.0, []),
+    ],
+)
+def test_only_what_is_allowed_is_proposed(particles, support, hints):
+    resolution = sdpd.Resolution(particles=particles, support=support)
+    with pytest.raises(ValueError, match="must fill a lattice") as caught:
+        water_scene(resolution=resolution)
+    text = str(caught.value)
+    for hint in ("would fit", "sdpd.RandomStart()"):
+        assert (hint in text) == any(hint in wanted for wanted in hints), text
+    for hint in hints:
+        assert hint in text
+    if "would fit" in text:
+        water_scene(
+            resolution=sdpd.Resolution(particles=216 if particles < 300 else 1000, support=support)
+        )
+
+
+def test_no_lattice_is_proposed_that_is_too_small():
+    with pytest.raises(ValueError, match="must divide every length") as caught:
+        water_scene(resolution=sdpd.Resolution(spacing=2.1e-9))
+    assert "nearest" not in str(caught.value) and "RandomStart" not in str(caught.value)
+
+
+class TestCost:
+    @pytest.mark.parametrize("integrator", ["pair_splitting", "velocity_verlet"])
+    @pytest.mark.parametrize(
+        "changes",
+        [
+            {},
+            {"effects": sdpd.Effects(fluctuations=False)},
+            {
+                "start": sdpd.RandomStart(relax_steps=5),
+                "resolution": sdpd.Resolution(particles=4001),
+            },
+            {"velocity_scale": 30.0, "effects": sdpd.Effects(fluctuations=False)},
+            {"fluid": sdpd.fluids.water().replace(shear_viscosity=0.0)},
+        ],
+    )
+    def test_margin_and_memory_are_those_of_the_core(self, integrator, changes):
+        scene = water_scene(**changes)
+        if not scene.active_effects.dissipation and integrator == "pair_splitting":
+            pytest.skip("nothing to split")
+        estimate = scene.cost(integrator)
+        sim = sdpd.Simulation(scene, integrator=integrator, threads=1)
+        sim.run(steps=3)
+        found = sim.statistics()
+        assert cost.margin(scene, sim.dt, sim.integrator) == pytest.approx(
+            found["margin"], rel=1e-9
+        )
+        assert estimate.memory == pytest.approx(
+            found["list_bytes"] + found["state_bytes"], rel=0.25
+        )
+
+    def test_margin_in_a_plane(self):
+        scene = reduced_scene(2)
+        sim = sdpd.Simulation(scene, threads=1)
+        assert cost.margin(scene, sim.dt, sim.integrator) == pytest.approx(
+            sim.statistics()["margin"], rel=1e-9
+        )
+
+    def test_iterations_take_memory_and_uniform_variates_less_time(self):
+        scene = water_scene()
+        plain, again, normal = (
+            scene.cost(sdpd.VelocityVerlet(**options))
+            for options in ({}, {"iterations": 1}, {"noise": "gaussian"})
+        )
+        pairs = 2.0 * scene.pairs_per_particle
+        listed = [
+            pairs
+            * (1.0 + cost.margin(scene, one.dt, sdpd.VelocityVerlet()) / scene.support_radius) ** 3
+            for one in (plain, again)
+        ]
+        more = (again.memory - plain.memory) / scene.n_particles
+        assert more - listed[1] + listed[0] == pytest.approx(64.0)
+        assert normal.seconds_per_step / plain.seconds_per_step == pytest.approx(4.0 / 2.9)

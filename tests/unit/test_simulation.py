@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import sdpd
-from sdpd import progress, running
+from sdpd import failure, progress, running
 
 from .sims import ARRAYS, INTEGRATORS, assert_same_bits, small, small_scene
 
@@ -678,3 +678,114 @@ def test_nothing_but_numbers_are_run():
     assert sim.step == 0
     sim.velocities[4] = good
     sim.run(steps=1)
+
+
+# --- what a run refuses ----------------------------------------------------------------------
+
+
+def test_dt_cannot_be_set_in_a_run():
+    sim, errors = small(edge=30), []
+    dt = sim.dt
+
+    def attempt(inner=None):
+        for value in (0.5 * dt, "auto"):
+            with pytest.raises(RuntimeError, match="`dt` cannot be set while") as caught:
+                sim.dt = value
+            errors.append(caught.value)
+
+    def from_another_thread(inner):
+        thread = threading.Thread(target=attempt)
+        thread.start()
+        thread.join()
+
+    sim.run(steps=1, callback=attempt)
+    sim.run(steps=1, callback=from_another_thread)
+    assert len(errors) == 4 and sim.dt == dt and sim.time == pytest.approx(2 * dt)
+    sim.dt = 0.5 * dt
+
+
+def test_an_assignment_from_another_thread_changes_nothing_in_a_run():
+    sim, errors = small(), []
+
+    def attempt():
+        before = sim.velocities.copy(), sim.positions.copy()
+        for name in ("velocities", "positions"):
+            with pytest.raises(RuntimeError, match="running in another thread") as caught:
+                setattr(sim, name, np.roll(getattr(sim, name), 1, axis=0))
+            errors.append(caught.value)
+        np.testing.assert_array_equal(sim.velocities, before[0])
+        np.testing.assert_array_equal(sim.positions, before[1])
+
+    def use(inner):
+        inner.velocities = inner.velocities  # the run's own thread may
+        thread = threading.Thread(target=attempt)
+        thread.start()
+        thread.join()
+
+    sim.run(steps=1, callback=use)
+    assert len(errors) == 2
+
+
+def test_an_assignment_that_cannot_be_taken_over_changes_nothing(monkeypatch):
+    sim = small()
+    before = sim.velocities.copy()
+
+    def busy(self):
+        raise RuntimeError("held")
+
+    monkeypatch.setattr(type(sim), "refresh", busy)
+    with pytest.raises(RuntimeError, match="held"):
+        sim.velocities = 0.0 * before
+    np.testing.assert_array_equal(sim.velocities, before)
+
+
+def test_a_skin_beyond_the_margin_is_refused():
+    margin = small().statistics()["margin"]
+    assert small(skin=margin).statistics()["skin"] == pytest.approx(margin, rel=1e-12)
+    with pytest.raises(ValueError, match=r"`skin` must be <= [\d.]+, the margin") as caught:
+        small(skin=1.01 * margin)
+    assert f"<= {margin:.6g}," in str(caught.value)
+
+
+def test_enormous_numbers_of_steps_are_values():
+    sim = small()
+    with pytest.raises(ValueError, match="`every` must be an integer <= "):
+        sim.run(steps=1, every=2**70, observe=sdpd.Thermodynamics())
+    with pytest.raises(ValueError, match="`steps` must be an integer <= "):
+        sim.run(steps=2**70)
+    with pytest.raises(ValueError, match="`step` must be an integer <= "):
+        sim.force_parts(2**70)
+    sim.run(steps=1, every=2**63 - 1, observe=sdpd.Thermodynamics())
+
+
+def test_a_correlator_says_how_to_keep_dt():
+    sim, correlator = small(), sdpd.Correlator(points=4, levels=1)
+    sim.run(time=10.3 * sim.dt, observe=correlator)
+    with pytest.raises(ValueError, match=r"use steps= \(run\(time=\) adjusts dt\)"):
+        sim.run(time=5.7 * sim.dt, observe=correlator)
+
+
+def test_later_observers_see_what_earlier_ones_wrote():
+    class Squeeze(sdpd.Observer):
+        def sample(self, sim):
+            sim.positions[:] = 0.999 * sim.positions + 1e-3 * sim.positions[::-1]
+
+    class Look(sdpd.Observer):
+        def sample(self, sim):
+            self.seen = sim.densities.copy()
+            sim.refresh()
+            np.testing.assert_array_equal(self.seen, sim.densities)
+
+    sim, look = small(), Look()
+    before = sim.densities.copy()
+    sim.run(steps=1, observe=[Squeeze(), look])
+    assert not np.array_equal(look.seen, before)
+    assert sdpd.Observer.may_write and not sdpd.Trajectory.may_write
+
+
+def test_a_tiny_step_is_not_blamed_on_the_pressure():
+    sim = small(integrator="velocity_verlet")
+    sim.velocities[:] = 0.0
+    assert sim.pressures.min() < 0.0
+    assert failure.likely_cause(sim, 1e-300).startswith("a tiny time step: dt = 1e-300 is")
+    assert failure.likely_cause(sim, 0.5 * sim.dt).startswith("negative pressure")

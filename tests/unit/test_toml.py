@@ -185,3 +185,46 @@ def test_missing_file_and_wrong_source(tmp_path):
         sdpd.Scene.from_toml(tmp_path / "none.toml")
     with pytest.raises(TypeError, match="`source` must be a str"):
         sdpd.Scene.from_toml(3)
+
+
+def test_a_preset_in_a_plane():
+    short = SHORT.replace("310.0", "310.0\nthickness = 2e-9").replace(
+        "1e-8, 1e-8, 1e-8", "1e-8, 1e-8"
+    )
+    one = sdpd.Scene.from_toml(short.replace("3375", "400"))
+    assert one.fluid == sdpd.fluids.water(310.0).in_plane(2e-9)
+    with pytest.raises(ValueError, match=r"`fluid\.thickness` must be finite and > 0"):
+        sdpd.Scene.from_toml(short.replace("2e-9", "-2e-9"))
+
+
+class MyForce(sdpd.UniformForce):
+    pass
+
+
+class MyGas(sdpd.eos.IdealGas):
+    pass
+
+
+class MyStart(sdpd.LatticeStart):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("changes", "where"),
+    [
+        (lambda: {"body_force": MyForce((1.0, 0.0, 0.0))}, "body_force"),
+        (
+            lambda: {"fluid": sdpd.fluids.argon().replace(equation_of_state=MyGas())},
+            "fluid.equation_of_state",
+        ),
+        (lambda: {"start": MyStart()}, "start"),
+    ],
+)
+def test_classes_of_the_user_cannot_be_written(changes, where, tmp_path):
+    one = scene(**changes())
+    with pytest.raises(TypeError, match=rf"^`{where}` must be of a built-in class \(.*\) to be"):
+        one.to_toml()
+    target = tmp_path / "mine.sdpd"
+    with pytest.raises(TypeError, match="to be written to TOML, got an object of the class My"):
+        sdpd.Simulation(one, threads=1).save(target)
+    assert not list(tmp_path.iterdir())

@@ -1,8 +1,8 @@
 """How many steps of which size a case runs, from its size alone: never from the clock.
 
 A case runs as independent replicas, each of them: equilibration with large steps; then, for each
-block, some large steps to renew the arrangement of the particles, long steps for the integral of the
-velocity autocorrelation (VACF) and the displacements, and short ones for its initial slope.
+block, some large steps to renew the arrangement of the particles, long steps for the integral of
+the velocity autocorrelation (VACF) and the displacements, and short ones for its initial slope.
 """
 
 from __future__ import annotations

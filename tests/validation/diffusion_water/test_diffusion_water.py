@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sdpd.diffusion.report import rows
+from sdpd.diffusion.files import rows
 from sdpd.diffusion.study import Study, run_study
 from tests.validation import record
 
