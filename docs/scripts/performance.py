@@ -84,7 +84,7 @@ def timed(sim: sdpd.Simulation, steps: int) -> float:
 def measure(edge: int, support: float, *, threads: Sequence[int], quick: bool) -> list[Row]:
     """All integrators and thread numbers for one box and support, taking turns."""
     sims = simulations(edge, support, threads, relax=2 if quick else 200)
-    seconds, repeats = (0.01, 2) if quick else (0.6, 11)
+    seconds, repeats = (0.01, 2) if quick else (0.6, 5)
     steps = {}
     for key, sim in sims.items():  # lists and memory are in place after this
         speed = timed(sim, 2 if quick else 10)
