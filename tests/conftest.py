@@ -1,6 +1,7 @@
 """Bootstrap of the test suite: no display, no threads from other libraries."""
 
 import os
+import signal
 
 import pytest
 
@@ -14,3 +15,11 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "validation" in item.path.parts:
             item.add_marker(pytest.mark.validation)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def interrupts_are_heard():
+    """A shell starts background jobs with SIGINT ignored; tests of Ctrl-C need the usual handler."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
