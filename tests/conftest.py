@@ -19,7 +19,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(autouse=True, scope="session")
 def interrupts_are_heard():
-    """A shell starts background jobs with SIGINT ignored; tests of Ctrl-C need the usual handler."""
+    """A shell starts background jobs with SIGINT ignored; tests of Ctrl-C want it heard."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
