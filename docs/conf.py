@@ -27,7 +27,9 @@ templates_path = ["_templates"] if (ROOT / "docs" / "_templates").is_dir() else 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
 # Labels such as `(ref-yang2013)=` are linked as `#ref-yang2013` from any page.
-suppress_warnings = ["mystnb.unknown_mime_type"]
+# Numpydoc numbers the references of every docstring from [1], which docutils takes for duplicates;
+# names such as `velocities` are attributes of more than one class.
+suppress_warnings = ["docutils", "mystnb.unknown_mime_type", "ref.python"]
 
 # `make docs` shows pages and notebooks as they are; SDPD_DOCS_EXECUTE=1 runs the notebooks first.
 nb_execution_mode = "cache" if os.environ.get("SDPD_DOCS_EXECUTE") else "off"

@@ -154,7 +154,7 @@ def blocking(series: ArrayLike) -> Blocking:
 
     Notes
     -----
-    The plateau is the first level whose block length B satisfies
+    Blocking is that of [1]_. The plateau is the first level whose block length B satisfies
     ``B^3 > 2 T (stderr_B / stderr_1)^4``, which balances bias against noise [2]_.
 
     References
