@@ -44,9 +44,15 @@ COEFFICIENTS = {
 BYTES_FOR_ITERATIONS = 64.0
 
 
+def _coefficients(scene: Scene, integrator: Integrator) -> Coefficients:
+    """Without friction the splitting has nothing to exchange: it keeps one list, as Verlet does."""
+    name = integrator.name if scene.active_effects.dissipation else "velocity_verlet"
+    return COEFFICIENTS[name]
+
+
 def pairs_per_second(scene: Scene, integrator: Integrator) -> float:
     """Pairs that a step works off per second of one core, an estimate [1/s]."""
-    rates = COEFFICIENTS[integrator.name].pairs_per_second
+    rates = _coefficients(scene, integrator).pairs_per_second
     noisy = scene.active_effects.fluctuations
     return rates[integrator.noise] if noisy else max(rates.values())
 
@@ -165,7 +171,7 @@ def cost(scene: Scene, integrator: Integrator | str | None = None, **accuracy: A
     bounds = timestep.bounds(scene, chosen, **accuracy)
     dt, number, pairs = bounds[0].value, scene.n_particles, scene.pairs_per_particle
     listed = pairs * (1.0 + margin(scene, dt, chosen) / scene.support_radius) ** scene.dimension
-    coefficients = COEFFICIENTS[chosen.name]
+    coefficients = _coefficients(scene, chosen)
     memory = coefficients.bytes_per_particle + coefficients.bytes_per_listed_pair * listed
     memory += BYTES_FOR_ITERATIONS * (chosen.iterations > 0)
     seconds = number * pairs / pairs_per_second(scene, chosen)

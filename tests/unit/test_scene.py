@@ -528,8 +528,6 @@ class TestCost:
     )
     def test_margin_and_memory_are_those_of_the_core(self, integrator, changes):
         scene = water_scene(**changes)
-        if not scene.active_effects.dissipation and integrator == "pair_splitting":
-            pytest.skip("nothing to split")
         estimate = scene.cost(integrator)
         sim = sdpd.Simulation(scene, integrator=integrator, threads=1)
         sim.run(steps=3)
