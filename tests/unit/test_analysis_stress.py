@@ -190,7 +190,7 @@ def test_ornstein_uhlenbeck_and_a_mix_of_both():
 
 
 def test_taking_the_mean_off_does_not_bias():
-    """Short runs: without the correction the answers are 12 and 25 % low."""
+    """Short runs: without the correction the answers are 12 and 24 % low."""
     dt, eta, rows, lags = 1.0, 1.0, 240, 28
     cell = {"volume": VOLUME, "thermal_energy": ENERGY}
     slopes, sums, raw = [], [], []
