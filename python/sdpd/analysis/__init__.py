@@ -23,7 +23,17 @@ from .diffusion import (
     running_diffusion,
     short_time_diffusion,
 )
-from .estimate import Bonferroni, Estimate, bonferroni, combine, ensemble, jackknife
+from .distributions import QuantileData, probability_density, quantiles
+from .estimate import (
+    Bonferroni,
+    Estimate,
+    Homogeneity,
+    bonferroni,
+    combine,
+    ensemble,
+    homogeneity,
+    jackknife,
+)
 from .fourier import (
     StructureFactor,
     allowed_wave_vectors,
@@ -34,11 +44,9 @@ from .fourier import (
 from .statistics import (
     AutocorrelationTime,
     Blocking,
-    QuantileData,
     block_average,
     blocking,
     integrated_autocorrelation_time,
-    quantiles,
     time_average,
 )
 from .stress import (
@@ -67,6 +75,7 @@ __all__ = [
     "Correlation",
     "CurrentCorrelations",
     "Estimate",
+    "Homogeneity",
     "Profile",
     "QuantileData",
     "ShortTimeDiffusion",
@@ -94,10 +103,12 @@ __all__ = [
     "green_kubo_diffusion",
     "green_kubo_viscosity",
     "helfand_increments",
+    "homogeneity",
     "integrated_autocorrelation_time",
     "jackknife",
     "local_diffusivity",
     "msd",
+    "probability_density",
     "quantiles",
     "radial_distribution",
     "running_diffusion",
