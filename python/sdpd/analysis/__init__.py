@@ -7,6 +7,7 @@ Positions for displacements are unwrapped; for structure they may be wrapped or 
 from __future__ import annotations
 
 from .blocked import BlockedFunction, Profile
+from .cells import CellCorrelation, cell_correlation, local_profile
 from .correlation import Correlation, autocorrelation, cross_correlation, msd, vacf
 from .currents import (
     CurrentCorrelations,
@@ -72,6 +73,7 @@ __all__ = [
     "BlockedFunction",
     "Blocking",
     "Bonferroni",
+    "CellCorrelation",
     "Correlation",
     "CurrentCorrelations",
     "Estimate",
@@ -89,6 +91,7 @@ __all__ = [
     "block_average",
     "blocking",
     "bonferroni",
+    "cell_correlation",
     "cell_variance",
     "combine",
     "cross_correlation",
@@ -107,6 +110,7 @@ __all__ = [
     "integrated_autocorrelation_time",
     "jackknife",
     "local_diffusivity",
+    "local_profile",
     "msd",
     "probability_density",
     "quantiles",
