@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from sdpd import analysis
+from sdpd import analysis, theory
 
 VOLUME, ENERGY = 30.0, 1.7
 SMALL = np.random.default_rng(71).normal(size=(90, 3, 3))
@@ -55,13 +55,13 @@ def columns(stress, component):
     if component == "shear":
         return [stress[:, a, b] for a in range(dimension) for b in range(dimension) if a != b]
     diagonal = [stress[:, a, a] for a in range(dimension)]
-    if component == "bulk":
+    if component == "trace":
         diagonal = [sum(diagonal) / dimension]
     return [series - series.mean() for series in diagonal]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("component", ["shear", "bulk", "longitudinal"])
+@pytest.mark.parametrize("component", ["shear", "longitudinal", "trace"])
 def test_increments_equal_loops(component, dimension):
     stress, dt = SMALL[:, :dimension, :dimension] + 3.0 * (component != "shear"), 0.2
     ours = analysis.helfand_increments(
@@ -83,7 +83,7 @@ def test_increments_equal_loops(component, dimension):
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("component", ["shear", "bulk", "longitudinal"])
+@pytest.mark.parametrize("component", ["shear", "longitudinal", "trace"])
 def test_autocorrelation_equals_loops(component, dimension):
     stress = SMALL[:, :dimension, :dimension] + 3.0 * (component != "shear")
     ours = analysis.stress_autocorrelation(stress, 0.2, component=component, max_lag=15, n_blocks=3)
@@ -140,11 +140,11 @@ def test_helfand_slope_of_a_closed_form_on_uneven_lags():
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("component", ["shear", "bulk", "longitudinal"])
+@pytest.mark.parametrize("component", ["shear", "longitudinal", "trace"])
 def test_white_stress_has_its_viscosity_at_every_lag(component, dimension):
     dt, eta = 1e-12, 8.9e-4  # SI magnitudes
     stress = white(40_000, dimension, dt, eta, seed=73)
-    expected = eta / dimension if component == "bulk" else eta
+    expected = eta / dimension if component == "trace" else eta
     moment = analysis.helfand_increments(stress, dt, volume=VOLUME, component=component, max_lag=60)
     c = analysis.stress_autocorrelation(stress, dt, component=component, max_lag=20)
     cell = {"volume": VOLUME, "thermal_energy": ENERGY}
@@ -187,6 +187,39 @@ def test_ornstein_uhlenbeck_and_a_mix_of_both():
     p.append(first.p(curve[1] / (2.0 * VOLUME * ENERGY * dt)))
     assert analysis.bonferroni(p).smallest > 1e-3
     assert max(long.stderr, green_kubo.stderr) < 0.2 * delta  # the delta part is seen
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_bulk_is_what_longitudinal_waves_have_beyond_shear(dimension):
+    """Noise of pairs, <P_ab P_cd> ~ a d_ac d_bd + b/(D + 2) (d d + d d + d d): not the trace."""
+    eta, zeta, dt, rows = 1.3, 0.5, 1.0, 40_000
+    across, along = theory.friction_coefficients(eta, zeta, dimension)
+    one, two = np.random.default_rng(77).normal(size=(2, rows, dimension, dimension))
+    symmetric = np.sqrt(along / (dimension + 2.0)) * (one + np.swapaxes(one, 1, 2)) / np.sqrt(2.0)
+    trace = np.random.default_rng(78).normal(size=(rows, 1, 1)) * np.eye(dimension)
+    symmetric += np.sqrt(along / (dimension + 2.0)) * trace
+    stress = np.sqrt(ENERGY / (VOLUME * dt)) * (np.sqrt(across) * two + symmetric)
+    cell = {"volume": VOLUME, "thermal_energy": ENERGY}
+    expected = {
+        "shear": eta,
+        "bulk": zeta,
+        "longitudinal": zeta + eta * (2.0 - 2.0 / dimension),
+        "trace": (across + along) / (2.0 * dimension),
+    }
+    p = []
+    for component, exact_value in expected.items():
+        moment = analysis.helfand_increments(
+            stress, dt, volume=VOLUME, component=component, max_lag=20
+        )
+        c = analysis.stress_autocorrelation(stress, dt, component=component, max_lag=5)
+        estimates = (
+            analysis.einstein_viscosity(moment, window=(0.0, 10.0), **cell),
+            analysis.green_kubo_viscosity(c, cutoff=2.0, **cell),
+        )
+        p += [e.p(exact_value) for e in estimates]
+        assert max(e.stderr for e in estimates) < 0.06
+    assert analysis.bonferroni(p).smallest > 1e-3
+    assert abs(expected["trace"] - zeta) > 0.3
 
 
 def test_taking_the_mean_off_does_not_bias():
@@ -320,6 +353,16 @@ CELL = {"volume": 1.0, "thermal_energy": 1.0}
             lambda: analysis.einstein_viscosity(OU, window=(0.2, 0.9), **CELL),
             ValueError,
             "`window` must hold at least 2 lags",
+        ),
+        (
+            lambda: analysis.bulk_component(OU, OU.at_lags([0, 1]), dimension=3),
+            ValueError,
+            "`shear` must have the lags",
+        ),
+        (
+            lambda: analysis.bulk_component(OU, OU, dimension=4),
+            ValueError,
+            "`dimension` must be between 2 and 3",
         ),
         (lambda: analysis.virial_pressure({"kinetic": SMALL}), ValueError, "must have the parts"),
         (lambda: analysis.virial_pressure(SMALL), ValueError, "must have the parts"),

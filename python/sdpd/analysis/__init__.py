@@ -52,6 +52,7 @@ from .statistics import (
 )
 from .stress import (
     VirialPressure,
+    bulk_component,
     einstein_viscosity,
     green_kubo_viscosity,
     helfand_increments,
@@ -91,6 +92,7 @@ __all__ = [
     "block_average",
     "blocking",
     "bonferroni",
+    "bulk_component",
     "cell_correlation",
     "cell_variance",
     "combine",

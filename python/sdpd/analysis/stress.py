@@ -7,6 +7,13 @@ friction of SDPD is not central, so P_xy and P_yx differ, and the symmetric part
 a/4 + b/(2 (D + 2)) in place of eta = a/2 + b/(2 (D + 2)). As random forces are delta-correlated, a
 stress sampled at instants would need a term dt^(-1/2); the mean over an interval does not.
 
+For the same reason the trace does not give the bulk viscosity: a stress is known from the motion up
+to a tensor without divergence, and the friction across the line of centres puts (a/2) grad v into
+it where Navier and Stokes have eta times the symmetric gradient. Fluctuations of tr P/D give
+(a + b)/(2 D) = zeta + a (D - 1)/(2 D) for drag and noise. What the motion fixes is the decay of
+plane waves: eta from an off-diagonal element, zeta + eta (2 - 2/D) from a diagonal one, and zeta
+from their difference.
+
 Helfand, Phys. Rev. 119, 1 (1960); Allen and Tildesley, *Computer Simulation of Liquids*, 2nd ed.,
 2017, sec. 2.7; Español, Phys. Rev. E 52, 1734 (1995) (the delta part); Yang (2013) eqs. 2.77-2.79,
 whose symmetric P_xy does not hold here.
@@ -15,7 +22,7 @@ whose symmetric P_xy does not hold here.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +36,7 @@ from .statistics import block_average
 
 __all__ = [
     "VirialPressure",
+    "bulk_component",
     "einstein_viscosity",
     "green_kubo_viscosity",
     "helfand_increments",
@@ -37,7 +45,7 @@ __all__ = [
     "virial_pressure",
 ]
 
-_COMPONENTS = ("shear", "bulk", "longitudinal")
+_COMPONENTS = ("shear", "bulk", "longitudinal", "trace")
 _PARTS = ("kinetic", "conservative", "dissipative", "random")
 
 
@@ -50,7 +58,9 @@ class VirialPressure:
     total : Estimate
         Of the sum of the parts, whose errors are correlated [pressure].
     kinetic : Estimate
-        n kB T, less kB T/V where the total momentum is zero [pressure].
+        n kB T, less kB T/V where the total momentum is zero [pressure]. In the loop it is that of
+        the velocities that drift, half a kick after the sampled ones: n dt^2 <f^2>/(4 m) higher,
+        with f one component of the conservative force.
     conservative : Estimate
         Virial of the conservative forces [pressure].
     dissipative, random : Estimate
@@ -84,9 +94,10 @@ def helfand_increments(
         Length of an interval [time], > 0.
     volume : float
         Volume of the box (area in 2D) [length^D], > 0.
-    component : {"shear", "bulk", "longitudinal"}
-        All D (D - 1) off-diagonal elements; tr P/D less its mean; the D diagonal elements less
-        their means. Elements are averaged.
+    component : {"shear", "bulk", "longitudinal", "trace"}
+        All D (D - 1) off-diagonal elements; their combination with the diagonal ones that belongs
+        to the bulk viscosity (:func:`bulk_component`); the D diagonal elements less their means;
+        tr P/D less its mean. Elements are averaged.
     max_lag : int
         Largest lag in intervals, ``1 <= max_lag < (T + 1) // n_blocks``.
     n_blocks : int
@@ -95,7 +106,8 @@ def helfand_increments(
     Returns
     -------
     Correlation
-        ``lag`` (L,) [time]; ``mean`` and ``stderr`` (L,) [(energy time)^2].
+        ``lag`` (L,) [time]; ``mean`` and ``stderr`` (L,) [(energy time)^2]. That of "bulk" is a
+        difference of mean squares and may be negative.
 
     Raises
     ------
@@ -108,7 +120,7 @@ def helfand_increments(
 
     An integral is exact whatever the length of the intervals, so this needs no resolved stress.
     Taking the mean of the run off makes the increments too small by 1 - t/T where the stress
-    forgets in much less than t; "bulk" and "longitudinal" are divided by that.
+    forgets in much less than t; "longitudinal" and "trace" are divided by that.
 
     Examples
     --------
@@ -121,6 +133,14 @@ def helfand_increments(
     >>> eta.agrees(1.0)
     True
     """
+    if component == "bulk":
+        whole, side = (
+            helfand_increments(
+                stress, dt, volume=volume, component=c, max_lag=max_lag, n_blocks=n_blocks
+            )
+            for c in ("longitudinal", "shear")
+        )
+        return bulk_component(whole, side, dimension=np.shape(stress)[1])
     columns = _columns(stress, component)
     cell = positive("volume", volume)
     positive("dt", dt)
@@ -130,6 +150,37 @@ def helfand_increments(
         return squares
     left = 1.0 - squares.lag / (columns.shape[0] * float(dt))
     return squares.scaled(1.0 / left)
+
+
+def bulk_component(longitudinal: Correlation, shear: Correlation, *, dimension: int) -> Correlation:
+    """Combine two components into the one whose slope or integral is the bulk viscosity.
+
+    Parameters
+    ----------
+    longitudinal, shear : Correlation
+        Increments or autocorrelations of these components of *one* run, with the same lags and
+        blocks: their errors are correlated, and the blocks know.
+    dimension : int
+        D, 2 or 3.
+
+    Returns
+    -------
+    Correlation
+        ``longitudinal - (2 - 2/D) shear``, in their unit.
+
+    Raises
+    ------
+    ValueError
+        If lags or blocks differ, or `dimension` is not 2 or 3.
+    """
+    integer("dimension", dimension, low=2, high=3)
+    same = longitudinal.blocks.shape == shear.blocks.shape and np.allclose(
+        longitudinal.lag, shear.lag, rtol=1e-9, atol=0.0
+    )
+    if not same:
+        raise ValueError("`shear` must have the lags and blocks of `longitudinal`")
+    blocks = longitudinal.blocks - (2.0 - 2.0 / dimension) * shear.blocks
+    return replace(longitudinal, blocks=blocks)
 
 
 def einstein_viscosity(
@@ -160,8 +211,10 @@ def einstein_viscosity(
     -------
     Estimate
         [pressure x time], of the component of `increments`: the shear viscosity eta, the bulk
-        viscosity zeta, or the longitudinal zeta + eta (2 - 2/D). Of a part of the stress it is not
-        that part's share: cross correlations of the parts count towards the whole only.
+        viscosity zeta, the longitudinal zeta + eta (2 - 2/D), or for the trace zeta plus what
+        friction across the line of centres adds, a (D - 1)/(2 D) (0 in the central form). Of a part
+        of the stress it is not that part's share: cross correlations of the parts count towards
+        the whole only.
 
     Raises
     ------
@@ -215,8 +268,14 @@ def stress_autocorrelation(
     Notes
     -----
     Taking the mean of the run off makes every value too small by the variance of that mean, which
-    follows from the function itself and is put back for "bulk" and "longitudinal".
+    follows from the function itself and is put back for "longitudinal" and "trace".
     """
+    if component == "bulk":
+        whole, side = (
+            stress_autocorrelation(stress, dt, component=c, max_lag=max_lag, n_blocks=n_blocks)
+            for c in ("longitudinal", "shear")
+        )
+        return bulk_component(whole, side, dimension=np.shape(stress)[1])
     columns = _columns(stress, component)
     raw = autocorrelation(columns, dt, max_lag=max_lag, n_blocks=n_blocks)
     if component == "shear":
