@@ -8,12 +8,14 @@
 //! | `integrator`, `registry` | how a step is made; which combinations exist |
 //! | `simulation`, `observe`, `effect` | the engine, what it measures, what acts on it |
 //! | `relax` | fluid-like starts from random positions |
+//! | `fields` | kernel sums over particles at given points |
 //! | `python` | the binding, the only module that knows PyO3 |
 
 pub mod domain;
 pub mod effect;
 pub mod eos;
 pub mod error;
+pub mod fields;
 pub mod integrator;
 pub mod kernel;
 pub mod neighbor;

@@ -30,13 +30,15 @@ from sdpd.resolution import Resolution
 from sdpd.scene import Scene
 
 if TYPE_CHECKING:
-    from sdpd import analysis, h5md, interop, simulation
+    from sdpd import analysis, fields, h5md, interop, plot, simulation
     from sdpd.checkpoint import load
     from sdpd.h5md import Trajectory
     from sdpd.observers import (
         Correlator,
         CurrentCorrelator,
+        FieldAverage,
         Observer,
+        Profile,
         Stress,
         StressCorrelator,
         Thermodynamics,
@@ -53,11 +55,13 @@ __all__ = [
     "CurrentCorrelator",
     "DiscreteFactors",
     "Effects",
+    "FieldAverage",
     "Fluid",
     "LatticeStart",
     "Observer",
     "PairSplitting",
     "PairingWarning",
+    "Profile",
     "RandomStart",
     "Regime",
     "Resolution",
@@ -77,11 +81,13 @@ __all__ = [
     "analysis",
     "discretization",
     "eos",
+    "fields",
     "fluids",
     "h5md",
     "interop",
     "kernels",
     "load",
+    "plot",
     "simulation",
     "timestep",
 ]
@@ -90,7 +96,9 @@ __all__ = [
 _LAZY: dict[str, tuple[str, str | None]] = {
     "Correlator": ("sdpd.observers", "Correlator"),
     "CurrentCorrelator": ("sdpd.observers", "CurrentCorrelator"),
+    "FieldAverage": ("sdpd.observers", "FieldAverage"),
     "Observer": ("sdpd.observers", "Observer"),
+    "Profile": ("sdpd.observers", "Profile"),
     "Simulation": ("sdpd.simulation", "Simulation"),
     "Stress": ("sdpd.observers", "Stress"),
     "StressCorrelator": ("sdpd.observers", "StressCorrelator"),
@@ -100,11 +108,13 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "checkpoint": ("sdpd.checkpoint", None),
     "cli": ("sdpd.cli", None),
     "diffusion": ("sdpd.diffusion", None),
+    "fields": ("sdpd.fields", None),
     "fluctuations": ("sdpd.fluctuations", None),
     "h5md": ("sdpd.h5md", None),
     "interop": ("sdpd.interop", None),
     "load": ("sdpd.checkpoint", "load"),
     "observers": ("sdpd.observers", None),
+    "plot": ("sdpd.plot", None),
     "simulation": ("sdpd.simulation", None),
 }
 

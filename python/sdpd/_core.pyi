@@ -15,6 +15,7 @@ __all__ = [
     "eos_evaluate",
     "kernel_names",
     "kernel_profile",
+    "kernel_sums",
     "list_margin",
     "normal_velocities",
     "pair_variates",
@@ -64,6 +65,16 @@ def relax_positions(
     last: int | None = None,
     threads: int = 1,
 ) -> tuple[_Float, float]: ...
+def kernel_sums(
+    points: _Float,
+    positions: _Float,
+    values: _Float,
+    *,
+    edges: list[float],
+    support: float,
+    kernel: str,
+    threads: int = 1,
+) -> _Float: ...
 
 @final
 class Thermodynamics:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from .base import LoopObserver, Observer, check_observers
 from .correlator import Correlator
 from .currents import CurrentCorrelator
+from .fields import FieldAverage, Profile
 from .lagged import LaggedObserver
 from .stress import Stress, StressCorrelator
 from .thermodynamics import Thermodynamics
@@ -12,9 +13,11 @@ from .thermodynamics import Thermodynamics
 __all__ = [
     "Correlator",
     "CurrentCorrelator",
+    "FieldAverage",
     "LaggedObserver",
     "LoopObserver",
     "Observer",
+    "Profile",
     "Stress",
     "StressCorrelator",
     "Thermodynamics",
