@@ -128,8 +128,7 @@ impl Cloud {
         let n = positions.len();
         let mut axes: [Axis; 3] =
             std::array::from_fn(|a| Axis::new(edges[a], positions.iter().map(|p| p[a])));
-        let count =
-            |axes: &[Axis; 3]| axes.iter().fold(1_usize, |n, a| n.saturating_mul(a.cells));
+        let count = |axes: &[Axis; 3]| axes.iter().fold(1_usize, |n, a| n.saturating_mul(a.cells));
         while count(&axes) > (BUCKETS_PER_PARTICLE * n).max(64) {
             let longest = (0..3).max_by_key(|&a| axes[a].cells).unwrap_or(0);
             axes[longest].coarsen();
@@ -197,19 +196,31 @@ impl Cloud {
         }
     }
 
-    /// The sums at all points, `LEADING + width` numbers each, on the current pool's threads.
+    /// The sums at all points, `LEADING + width` numbers each.
     pub fn sums(&self, points: &[[f64; 3]], weight: fn(f64) -> f64) -> Vec<f64> {
-        let columns = LEADING + self.width;
-        let mut table = vec![0.0; points.len() * columns];
+        let mut table = vec![0.0; points.len() * self.columns()];
+        self.fill(&mut table, points, weight);
         table
-            .par_chunks_mut(columns * TASK)
+    }
+
+    /// The same on the current pool's threads.
+    pub fn sums_on_threads(&self, points: &[[f64; 3]], weight: fn(f64) -> f64) -> Vec<f64> {
+        let mut table = vec![0.0; points.len() * self.columns()];
+        table
+            .par_chunks_mut(self.columns() * TASK)
             .zip(points.par_chunks(TASK))
-            .for_each(|(rows, points)| {
-                for (row, point) in rows.chunks_mut(columns).zip(points) {
-                    self.add(point, weight, row);
-                }
-            });
+            .for_each(|(rows, points)| self.fill(rows, points, weight));
         table
+    }
+
+    fn columns(&self) -> usize {
+        LEADING + self.width
+    }
+
+    fn fill(&self, rows: &mut [f64], points: &[[f64; 3]], weight: fn(f64) -> f64) {
+        for (row, point) in rows.chunks_mut(self.columns()).zip(points) {
+            self.add(point, weight, row);
+        }
     }
 }
 

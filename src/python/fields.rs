@@ -57,9 +57,7 @@ fn kernel_sums<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let dimension = edges.len();
     if !registry::DIMENSIONS.contains(&dimension) {
-        return Err(invalid(format!(
-            "`edges` must be 2 or 3, got {dimension}"
-        )));
+        return Err(invalid(format!("`edges` must be 2 or 3, got {dimension}")));
     }
     let Some(weight) = weight(kernel, dimension) else {
         return Err(invalid(format!(
@@ -91,14 +89,17 @@ fn kernel_sums<'py>(
     }
     let width = table.ncols();
     let carried: Vec<f64> = table.iter().copied().collect();
-    // A pool of its own: the global one would not survive a fork.
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.max(1))
-        .build()
-        .map_err(|e| invalid(format!("`threads` = {threads}: {e}")))?;
-    let sums = py.detach(|| {
-        pool.install(|| Cloud::new(&places, &carried, width, periods).sums(&targets, weight))
-    });
+    let cloud = py.detach(|| Cloud::new(&places, &carried, width, periods));
+    let sums = if threads <= 1 {
+        py.detach(|| cloud.sums(&targets, weight))
+    } else {
+        // A pool of its own: the global one would not survive a fork.
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| invalid(format!("`threads` = {threads}: {e}")))?;
+        py.detach(|| pool.install(|| cloud.sums_on_threads(&targets, weight)))
+    };
     Array2::from_shape_vec((targets.len(), LEADING + width), sums)
         .map(|sums| sums.into_pyarray(py))
         .map_err(|e| invalid(e.to_string()))

@@ -14,10 +14,17 @@ TABLES = {
     "default_kernel": "| **Wendland C2** | none |",
     "delivered_viscosity": "| $\\Delta t/\\tau$ | Lucy 3 | Wendland C2 3 |",
     "verlet_temperature": "| one mode, slope | +0.000 | -0.250 | -0.500 |",
+    "fields": "| $t$ | $U e^{-2\\nu k^2t}$ | amplitude |",
     "noise": "| excess kurtosis of the velocity components |",
     "performance": "| pair splitting | 1 | 2.000 |",
 }
-FIGURES = {"discrete_factors", "default_kernel", "delivered_viscosity", "verlet_temperature"}
+FIGURES = {
+    "discrete_factors",
+    "default_kernel",
+    "delivered_viscosity",
+    "fields",
+    "verlet_temperature",
+}
 
 
 @pytest.fixture

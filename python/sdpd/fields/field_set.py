@@ -84,6 +84,8 @@ class Field:
         Empty for a scalar.
     n_blocks : int
     target : Target
+    length_unit : str
+        Of coordinates.
     """
 
     name: str
@@ -95,6 +97,7 @@ class Field:
     components: tuple[str, ...]
     n_blocks: int
     target: Target
+    length_unit: str = ""
 
     def component(self, which: str | int) -> Field:
         """One component as a scalar field.
@@ -248,6 +251,7 @@ class FieldSet:
             components=made.components,
             n_blocks=number,
             target=self.target,
+            length_unit=self.length_unit,
         )
 
     def blocked(self, name: str) -> BlockedFunction:

@@ -270,8 +270,14 @@ class Profile(_Averaging):
                 n_blocks=self.n_blocks,
                 extra=() if self.lag is None else (self._diffusivity(sim),),
             )
-        if self.lag is not None and self._origin is None and sim.step % every == 0:
+        if self.lag is not None and sim.step % every == 0 and not self._follows(sim.step):
             self._origin = (sim.step, sim.time, sim.unwrapped)
+
+    def _follows(self, step: int) -> bool:
+        """Whether that step belongs to the displacement under way: a restored state may not."""
+        if self._origin is None or self.lag is None:
+            return False
+        return 0 <= step - self._origin[0] <= self.lag * self._turn
 
     @staticmethod
     def _diffusivity(sim: Simulation) -> Recipe:
@@ -289,12 +295,11 @@ class Profile(_Averaging):
         if self.lag is None:
             return None
         step = sim.step
-        span = self.lag * self._turn
-        if self._origin is None or not self._origin[0] < step <= self._origin[0] + span:
-            self._origin = (step, sim.time, sim.unwrapped)  # a restored state breaks the series
+        if self._origin is None or not self._follows(step):
+            self._origin = (step, sim.time, sim.unwrapped)
             return None
         first, time, before = self._origin
-        if step < first + span:
+        if step < first + self.lag * self._turn:
             return None
         now = sim.unwrapped
         chosen = self._components or list(range(before.shape[1]))

@@ -1,6 +1,7 @@
 """Pictures: profiles, maps and streamlines with matplotlib, particles and surfaces with PyVista.
 
-Both are imported when they are used: ``pip install 'sdpd[plot]'`` and ``'sdpd[visual]'``.
+Both are imported when they are used: ``pip install 'sdpd[plot]'`` and ``'sdpd[visual]'``; pages in
+HTML need ``'sdpd[html]'`` as well.
 """
 
 from __future__ import annotations

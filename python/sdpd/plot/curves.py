@@ -34,6 +34,11 @@ def labelled(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
+def magnitude(name: str) -> str:
+    """Name of the magnitude of a vector, without bars, which VTK's text swallows."""
+    return "speed" if name == "velocity" else f"magnitude of {name}"
+
+
 def profile(
     data: Field | Profile,
     *,
@@ -84,6 +89,7 @@ def profile(
                 f"{chosen.name!r} of shape {chosen.mean.shape}"
             )
         across, x = lines[0]
+        across = labelled(across, chosen.length_unit)
         mean, stderr = chosen.mean.ravel(), chosen.stderr.ravel()
         name = labelled(chosen.name, chosen.unit)
         text = chosen.name if label is None else label

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sdpd.fields import Field, Grid, Plane
 
-from .curves import labelled, new_axes
+from .curves import labelled, magnitude, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +23,7 @@ class _Sheet(NamedTuple):
     """A field on a regular lattice of two axes."""
 
     names: tuple[str, str]
+    unit: str
     lines: tuple[Array, Array]
     values: Array
 
@@ -38,7 +39,7 @@ def _sheet(data: Field) -> _Sheet:
     axes = [data.target.axes[k] for k in kept]
     tail = data.mean.shape[len(shape) :]
     values = data.mean.reshape(*(shape[k] for k in kept), *tail)
-    return _Sheet((axes[0][0], axes[1][0]), (axes[0][1], axes[1][1]), values)
+    return _Sheet((axes[0][0], axes[1][0]), data.length_unit, (axes[0][1], axes[1][1]), values)
 
 
 def field_map(
@@ -78,7 +79,7 @@ def field_map(
     sheet = _sheet(chosen)
     values, name = sheet.values, chosen.name
     if chosen.components:
-        values, name = np.linalg.norm(values, axis=-1), f"|{name}|"
+        values, name = np.linalg.norm(values, axis=-1), magnitude(name)
     axes = new_axes(axes)
     image = axes.pcolormesh(*sheet.lines, values.T, shading="nearest", **style)
     image.set_rasterized(True)
@@ -127,4 +128,5 @@ def streamlines(data: Field, *, axes: Axes | None = None, **style: Any) -> Axes:
 
 def _frame(axes: Any, sheet: _Sheet) -> None:
     axes.set_aspect("equal")
-    axes.set(xlabel=sheet.names[0], ylabel=sheet.names[1])
+    across, up = (labelled(name, sheet.unit) for name in sheet.names)
+    axes.set(xlabel=across, ylabel=up)

@@ -7,6 +7,7 @@ drawn in units of the longest edge seen: VTK's tolerances are made for sizes nea
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from sdpd import optional, validation
 from sdpd.fields import FieldSet
 from sdpd.fields.targets import Grid
 
-from .curves import labelled
+from .curves import labelled, magnitude
 from .gl import require_gl
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ __all__ = ["new_plotter", "particles", "save", "slices", "stream_tubes", "surfac
 
 Array = NDArray[np.float64]
 
+# A vertical bar of colours at the right edge, off the picture.
+_BAR = {"vertical": True, "position_x": 0.85, "position_y": 0.2, "height": 0.6, "width": 0.06}
 _COLOURS = ("speed", "density", "pressure", "velocity_x", "velocity_y", "velocity_z", "id")
 
 
@@ -106,9 +109,9 @@ def particles(
     values = validation.real_array("colour", values, (len(positions),))
     edges = np.ptp(positions, axis=0) if box is None else np.asarray(box, dtype=np.float64)
     scale = 1.0 / (validation.positive("unit", unit) if unit is not None else float(edges.max()))
-    pixels = point_size or float(np.clip(500.0 / len(positions) ** (1 / len(edges)), 2.0, 40.0))
+    pixels = point_size or float(np.clip(500.0 / len(positions) ** (1 / len(edges)), 2.0, 80.0))
     drawing = _into(plotter)
-    look = {"cmap": "viridis", "scalar_bar_args": {"title": text}, "name": None}
+    look = {"cmap": "viridis", "scalar_bar_args": {**_BAR, "title": text}}
     drawing.add_points(
         _three(positions * scale),
         scalars=values,
@@ -191,6 +194,7 @@ def slices(
     values = chosen.mean
     if chosen.components:
         values = np.linalg.norm(values, axis=-1)
+        chosen = replace(chosen, name=magnitude(chosen.name))
     text = labelled(chosen.name, chosen.unit)
     # VTK counts the first axis fastest
     mesh.point_data.clear()
@@ -201,7 +205,16 @@ def slices(
     flat = not isinstance(fields.target, Grid) or min(fields.target.shape) == 1
     flat = flat or fields.target.dimension == 2
     for piece in [mesh] if flat else [mesh.slice(normal=axis) for axis in normals]:
-        drawing.add_mesh(piece, scalars=text, **{"cmap": "viridis", **style})
+        look: dict[str, Any] = {"cmap": "viridis", "lighting": False, "scalar_bar_args": _BAR}
+        drawing.add_mesh(piece, scalars=text, **{**look, **style})
+    return _framed(drawing, fields, mesh)
+
+
+def _framed(drawing: Any, fields: FieldSet, mesh: Any) -> Any:
+    """Outlined, and seen from above if there is nothing to see from elsewhere."""
+    drawing.add_mesh(mesh.outline(), color="black")
+    if fields.target.dimension == 2:
+        drawing.view_xy()
     return drawing
 
 
@@ -240,7 +253,7 @@ def stream_tubes(
     if len(chosen.components) != 3 or not isinstance(fields.target, Grid):
         raise ValueError(f"`name` must be that of a vector on a Grid in three dimensions: {name!r}")
     mesh, _ = _scaled(fields, unit)
-    speed = labelled(f"|{chosen.name}|", chosen.unit)
+    speed = labelled(magnitude(chosen.name), chosen.unit)
     vectors = np.nan_to_num(np.asarray(mesh.point_data[name]))
     size = np.linalg.norm(vectors, axis=1)
     top = float(size.max())
@@ -256,8 +269,9 @@ def stream_tubes(
     drawing = _into(plotter)
     if lines.n_points:
         tubes = lines.tube(radius=validation.positive("radius", radius))
-        drawing.add_mesh(tubes, scalars=speed, **{"cmap": "viridis", **style})
-    return drawing
+        look: dict[str, Any] = {"cmap": "viridis", "scalar_bar_args": _BAR}
+        drawing.add_mesh(tubes, scalars=speed, **{**look, **style})
+    return _framed(drawing, fields, mesh)
 
 
 def surface(
@@ -319,10 +333,10 @@ def surface(
         lead = np.full((len(faces), 1), faces.shape[1])
         key = {"faces": np.hstack([lead, faces]).ravel()}
         mesh = pyvista.PolyData(cloud, **(key if faces.shape[1] == 3 else {"lines": key["faces"]}))
-    look: dict[str, Any] = {"color": "lightsteelblue"}
+    look: dict[str, Any] = {"color": "lightsteelblue", "line_width": 2.0}
     if values is not None:
         mesh.point_data[label or "value"] = values
-        look = {"scalars": label or "value", "cmap": "viridis"}
+        look = {"scalars": label or "value", "cmap": "viridis", "scalar_bar_args": _BAR}
     drawing.add_mesh(mesh, **{**look, **style})
     if arrows is not None:
         drawing.add_arrows(cloud, _three(arrows), mag=arrow * longest * scale, color="firebrick")
@@ -359,7 +373,7 @@ def save(plotter: Any, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     ImportError
-        If trame, which PyVista needs for HTML, is not installed.
+        If trame-pyvista is not installed and the ending is ``.html``.
     ValueError
         For another ending.
     """
@@ -368,9 +382,8 @@ def save(plotter: Any, path: str | os.PathLike[str]) -> Path:
     if kind not in (".png", ".html"):
         raise ValueError(f"`path` must end in .png or .html, got {str(target)!r}")
     if kind == ".html":
-        optional.need("trame", "visual", "to write HTML")
-        optional.need("trame_vtk", "visual", "to write HTML")
-        plotter.export_html(target)
+        optional.need("trame_pyvista", "html", "to write HTML")
+        plotter.trame.export_html(target)
     else:
         plotter.screenshot(target)
     plotter.close()
