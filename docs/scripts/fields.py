@@ -83,12 +83,12 @@ def amplitude(field: fields.FieldSet, scene: sdpd.Scene) -> Estimate:
 
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("fields", __doc__, argv)
-    case = Case(10, 3, 5, 0.02) if report.quick else Case(32, 64, 16, 0.01)
+    case = Case(10, 3, 5, 0.02) if report.quick else Case(32, 64, 32, 0.01)
     scene = scene_of(case)
     edge = float(case.edge)
     targets = [
         fields.Grid.over(scene.box, (case.cells, case.cells)),
-        fields.Line((edge / 4, 0.0), (edge / 4, edge), case.cells + 1),
+        fields.Line((edge / 4, 0.0), (edge / 4, edge), 17),
     ]
     runs = [simulate(case, targets, seed) for seed in range(1, case.runs + 1)]
     pooled = [

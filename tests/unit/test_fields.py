@@ -130,7 +130,7 @@ def test_a_snapshot_is_what_its_equations_say():
 def test_temperature_of_few_particles_has_no_bias(target):
     """Frames of about four particles in reach, each by itself."""
     points = fields.Points([[3.0, 4.0]]) if target == "points" else fields.Bins.over(BOX2, "y", 12)
-    frames = gas(2500, 48, BOX2, 9, drift=3.0)
+    frames = gas(1500, 48, BOX2, 9, drift=3.0)
     found = fields.average(frames, points, quantities="temperature", length=1.6, n_blocks=32)
     pooled = found["temperature"]
     assert np.abs(pooled.z(1.0)).max() < 4.5
@@ -152,16 +152,16 @@ def test_errors_tell_the_spread_of_independent_runs():
             quantities=("density", "velocity", "temperature"),
             length=2.5,
         )
-        for seed in range(96)
+        for seed in range(64)
     ]
     pooled = fields.ensemble(runs)
-    assert (pooled.n_blocks, pooled.n_frames) == (96, 96 * 32)
+    assert (pooled.n_blocks, pooled.n_frames) == (64, 64 * 32)
     for name, exact in (("density", 60 / 48), ("velocity", [1.0, 0.0]), ("temperature", 1.0)):
         values = np.array([run[name].mean for run in runs])
         claimed = np.sqrt(np.mean([run[name].stderr ** 2 for run in runs]))
         seen = np.sqrt(values.var(axis=0, ddof=1).mean())
-        # four standard deviations of a ratio from 95 x 4 degrees of freedom
-        assert claimed / seen == pytest.approx(1.0, abs=4.0 / np.sqrt(2.0 * 95 * 4))
+        # four standard deviations of a ratio from 63 x 4 degrees of freedom
+        assert claimed / seen == pytest.approx(1.0, abs=4.0 / np.sqrt(2.0 * 63 * 4))
         assert np.abs(pooled[name].z(exact)).max() < 4.0
         assert pooled[name].stderr.max() < 0.02
         assert (pooled[name].p(exact) > 1e-3).all()
@@ -190,6 +190,24 @@ def test_blocks_grow_and_lose_nothing(frames, blocks):
         assert deviation == pytest.approx(other["density"].frame_deviation)
         exact = deviation / np.sqrt(frames)  # one frame is one block
         assert other["density"].stderr == pytest.approx(exact)
+
+
+def test_growth_tells_blocks_that_are_too_short():
+    def slow():
+        for state in gas(256, 40, BOX2, 17):
+            if int(state.time) % 16 == 0:
+                held = state
+            yield held
+
+    target = fields.Bins.over(BOX2, "y", 8)
+    short = fields.average(slow(), target, quantities=("density", "velocity"), n_blocks=64)
+    long = fields.average(slow(), target, quantities=("density", "velocity"), n_blocks=8)
+    assert (short.n_blocks, long.n_blocks) == (128, 16)  # of 2 and of 16 frames
+    for name in ("density", "velocity", "velocity_x"):
+        assert short.block_growth(name) > 1.3
+        assert long.block_growth(name) < 1.2
+        assert long[name].stderr.mean() > 1.5 * short[name].stderr.mean()
+    assert "growth" in str(long)
 
 
 def test_blocked_functions_agree_and_fit():

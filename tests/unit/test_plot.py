@@ -125,9 +125,9 @@ def picture(plotter, tmp_path):
 
 def test_particles(canvas, tmp_path):
     sim = small(scene=small_scene(6), seed=33, threads=1)
-    for colour in ("speed", "velocity_y", "density", sim.positions[:, 0]):
-        assert picture(plot.particles(sim, colour=colour), tmp_path) > 0.1
-    assert picture(plot.particles(sim.positions, box=(6.0, 6.0)), tmp_path) > 0.1
+    assert picture(plot.particles(sim, colour="density"), tmp_path) > 0.1
+    colour = sim.positions[:, 0]
+    assert picture(plot.particles(sim.positions, colour=colour, box=(6.0, 6.0)), tmp_path) > 0.1
     with pytest.raises(ValueError, match="`colour` must be one of 'speed'"):
         plot.particles(sim, colour="velocity_z")
     with pytest.raises(ValueError, match=r"`path` must end in \.png or \.html"):

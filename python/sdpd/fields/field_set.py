@@ -221,6 +221,28 @@ class FieldSet:
             number = sums["one"] ** 2 / sums["square"] / self.n_frames
         return np.asarray(np.nan_to_num(number).reshape(self.target.shape))
 
+    def block_growth(self, name: str) -> float:
+        """By how much the standard error grows if neighbouring blocks are joined in pairs.
+
+        About 1 if blocks are longer than the correlation time, up to the root of 2 if they are much
+        shorter: then the error is too small, and the run too short for its number of blocks. Root
+        mean square over points and components; NaN from fewer than 8 blocks.
+        """
+        if self.n_blocks < 8:
+            return np.nan
+        even = self.n_blocks // 2 * 2
+        halves = [a[:even].reshape(even // 2, 2, *a.shape[1:]) for a in (self.sums, self.frames)]
+        sums, frames = (each.sum(axis=1) for each in halves)
+        if even < self.n_blocks:
+            sums[-1] += self.sums[-1]
+            frames[-1] += self.frames[-1]
+        joined = replace(self, sums=sums, frames=frames, _known={})
+        with np.errstate(invalid="ignore", divide="ignore"):
+            square = (joined[name].stderr ** 2).ravel(), (self[name].stderr ** 2).ravel()
+        known = np.isfinite(square[0]) & np.isfinite(square[1])
+        below = float(square[1][known].sum())
+        return float(np.sqrt(square[0][known].sum() / below)) if below > 0.0 else np.nan
+
     def _field(self, made: Recipe) -> Field:
         total, count = self.sums.sum(axis=0), float(self.frames.sum())
         mean = made.evaluate(named_sums(self.columns, total), count)
@@ -341,15 +363,18 @@ class FieldSet:
         return write(self, path)
 
     def __str__(self) -> str:
+        """A row for each component; growth: see `block_growth`, above some 1.2 is a warning."""
         from sdpd.units import table
 
         rows = []
         for name in self:
             whole = self[name]
             for part in map(whole.component, whole.components) if whole.components else [whole]:
-                rows.append([part.name, part.unit, *map(_shown, _summary(part))])
+                growth = self.block_growth(part.name)
+                shown = f"{growth:.2f}" if np.isfinite(growth) else "-"
+                rows.append([part.name, part.unit, *map(_shown, _summary(part)), shown])
         frames = f"{self.n_frames} frames in {self.n_blocks} blocks, {len(self.target)} points"
-        header = ["field", "unit", "lowest", "mean", "highest", "standard error"]
+        header = ["field", "unit", "lowest", "mean", "highest", "standard error", "growth"]
         return f"{frames}\n{table(rows, header)}"
 
     def __repr__(self) -> str:

@@ -134,7 +134,9 @@ class Recipe:
 def _need(state: State, name: str) -> Array:
     value = getattr(state, name)
     if value is None:
-        raise ValueError(f"`quantities` asks for something that needs `{name}`, got none")
+        raise ValueError(
+            f"`quantities` has one that needs `{name}` of the particles, which are not given"
+        )
     return np.asarray(value)
 
 
