@@ -134,7 +134,7 @@ def test_temperature_of_few_particles_has_no_bias(target):
     found = fields.average(frames, points, quantities="temperature", length=1.6, n_blocks=32)
     pooled = found["temperature"]
     assert np.abs(pooled.z(1.0)).max() < 4.5
-    assert pooled.stderr.max() < 0.02
+    assert pooled.stderr.max() < 0.03  # the spread that is corrected is a quarter
     number = found.statistics["temperature"].count.min()
     error = pooled.frame_deviation.max() / np.sqrt(number)
     assert 2.0 < found.particles_in_reach.mean() < 6.0
