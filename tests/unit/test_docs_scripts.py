@@ -14,6 +14,7 @@ TABLES = {
     "default_kernel": "| **Wendland C2** | none |",
     "delivered_viscosity": "| $\\Delta t/\\tau$ | Lucy 3 | Wendland C2 3 |",
     "verlet_temperature": "| one mode, slope | +0.000 | -0.250 | -0.500 |",
+    "observers": "| `StressCorrelator(parts=True)` |",
     "noise": "| excess kurtosis of the velocity components |",
     "performance": "| pair splitting | 1 | 2.000 |",
 }
