@@ -51,6 +51,8 @@ fn engine(integrator: &str, threads: usize) -> Engine {
         skin: None,
         flow_speed: 0.0,
         threads,
+        periodic: Vec::new(),
+        walls: Vec::new(),
     };
     let mut engine = Engine::new(n, &settings).unwrap();
     let positions = uniform_positions(n, 3, 5);

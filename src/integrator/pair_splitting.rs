@@ -11,7 +11,7 @@ use crate::kernel::Kernel;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{Direction, exchange, pair_forces};
+use crate::sweep::{Direction, exchange, pair_forces, wall_exchange, wall_forces};
 
 /// The splitting; see the module.
 pub struct PairSplitting<K, F, V, const D: usize> {
@@ -33,9 +33,11 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             grid,
             list,
             cell,
+            walls,
             ..
         } = engine;
         pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key);
+        wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, cell, kick, key);
     }
 
     /// Half a step of drag and noise; `started` is the step at whose start it belongs.
@@ -51,9 +53,17 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             grid,
             list,
             cell,
+            walls,
             ..
         } = engine;
+        // Walls after the pairs, and backward before them: a step is the same from both ends.
+        if direction == Direction::Backward {
+            wall_exchange::<K, F, V, D>(particles, walls, grid, cell, process, key, direction);
+        }
         exchange::<K, F, V, D>(particles, grid, list, cell, process, key, direction);
+        if direction == Direction::Forward {
+            wall_exchange::<K, F, V, D>(particles, walls, grid, cell, process, key, direction);
+        }
     }
 }
 

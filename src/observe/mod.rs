@@ -1,15 +1,20 @@
 //! Observers: what is measured inside the loop, without a step of Python.
 
 mod correlator;
+mod profile;
 mod thermodynamics;
+mod wall_forces;
 
 pub use correlator::Correlator;
+pub use profile::{Coordinate, Profile};
 pub use thermodynamics::Thermodynamics;
+pub use wall_forces::WallForces;
 
 use crate::domain::PeriodicBox;
 use crate::eos::EquationOfState;
 use crate::state::Particles;
 use crate::units::Units;
+use crate::wall::Walls;
 
 /// What an observer sees after a step.
 pub struct View<'a> {
@@ -25,6 +30,8 @@ pub struct View<'a> {
     pub cell: &'a PeriodicBox,
     /// State in slot order.
     pub particles: &'a Particles,
+    /// Walls and what they have received.
+    pub walls: &'a Walls,
     /// Equation of state, in the user's units.
     pub eos: &'a dyn EquationOfState,
 }

@@ -15,5 +15,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<core::Core>()?;
     module.add_class::<observers::CorrelatorHandle>()?;
     module.add_class::<observers::ThermodynamicsHandle>()?;
+    module.add_class::<observers::WallForcesHandle>()?;
+    module.add_class::<observers::ProfileHandle>()?;
     functions::register(module)
 }
