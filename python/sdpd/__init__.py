@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from sdpd import discretization, fluids, kernels, timestep
+from sdpd import discretization, fluids, kernels, timestep, walls
 from sdpd import equations_of_state as eos
 from sdpd.box import Box
 from sdpd.cost import Cost
@@ -28,13 +28,16 @@ from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.regime import Regime
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
+from sdpd.walls import Cylinder, Plane, Sphere
 
 if TYPE_CHECKING:
     from sdpd import analysis, h5md, interop, simulation
     from sdpd.checkpoint import load
     from sdpd.h5md import Trajectory
     from sdpd.observers import Correlator, Observer, Thermodynamics
+    from sdpd.profiles import Profile
     from sdpd.simulation import Simulation
+    from sdpd.wall_forces import WallForces
 
 __version__: str
 
@@ -43,6 +46,7 @@ __all__ = [
     "CheckpointError",
     "Correlator",
     "Cost",
+    "Cylinder",
     "DiscreteFactors",
     "Effects",
     "Fluid",
@@ -50,6 +54,8 @@ __all__ = [
     "Observer",
     "PairSplitting",
     "PairingWarning",
+    "Plane",
+    "Profile",
     "RandomStart",
     "Regime",
     "Resolution",
@@ -59,11 +65,13 @@ __all__ = [
     "Simulation",
     "SimulationError",
     "SinusoidalForce",
+    "Sphere",
     "Thermodynamics",
     "TimeStepWarning",
     "Trajectory",
     "UniformForce",
     "VelocityVerlet",
+    "WallForces",
     "analysis",
     "discretization",
     "eos",
@@ -74,11 +82,14 @@ __all__ = [
     "load",
     "simulation",
     "timestep",
+    "walls",
 ]
 
 # Loaded on first use, so that `import sdpd` costs NumPy and little more. Name -> module, attribute.
 _LAZY: dict[str, tuple[str, str | None]] = {
     "Correlator": ("sdpd.observers", "Correlator"),
+    "Profile": ("sdpd.profiles", "Profile"),
+    "WallForces": ("sdpd.wall_forces", "WallForces"),
     "Observer": ("sdpd.observers", "Observer"),
     "Simulation": ("sdpd.simulation", "Simulation"),
     "Thermodynamics": ("sdpd.observers", "Thermodynamics"),
@@ -92,6 +103,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "interop": ("sdpd.interop", None),
     "load": ("sdpd.checkpoint", "load"),
     "observers": ("sdpd.observers", None),
+    "scenes": ("sdpd.scenes", None),
     "simulation": ("sdpd.simulation", None),
 }
 

@@ -624,7 +624,7 @@ impl Core {
         every: u64,
         wall: bool,
         index: usize,
-        range: [f64; 2],
+        interval: [f64; 2],
         bins: usize,
         block: u64,
     ) -> PyResult<ProfileHandle> {
@@ -634,9 +634,9 @@ impl Core {
         } else {
             self.dimension
         };
-        if index >= most || bins == 0 || range[0] >= range[1] {
+        if index >= most || bins == 0 || interval[0] >= interval[1] {
             return Err(PyValueError::new_err(format!(
-                "a profile needs a coordinate below {most}, bins and an interval, got {index}, {bins}, {range:?}"
+                "a profile needs a coordinate below {most}, bins and an interval, got {index}, {bins}, {interval:?}"
             )));
         }
         let coordinate = if wall {
@@ -644,7 +644,7 @@ impl Core {
         } else {
             Coordinate::Axis(index)
         };
-        let profile = Profile::new(every, self.dimension, coordinate, range, bins, block);
+        let profile = Profile::new(every, self.dimension, coordinate, interval, bins, block);
         let shared = Arc::new(Mutex::new(profile));
         engine.attach(shared.clone());
         Ok(ProfileHandle { shared })

@@ -328,23 +328,20 @@ fn curvature_weight<'py>(
     Ok((p.into_pyarray(py), slope.into_pyarray(py)))
 }
 
-/// Signed distance to the nearest wall [length] of each position, > 0 in the fluid, and which wall.
+/// Raises `ValueError` if the walls do not go together, or not with the box.
 #[pyfunction]
-fn wall_distances<'py>(
-    py: Python<'py>,
-    positions: PyReadonlyArray2<'py, f64>,
+fn check_walls(
+    py: Python<'_>,
     edges: Vec<f64>,
+    support: f64,
     periodic: Vec<bool>,
     walls: Vec<WallSettings>,
-    support: f64,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u64>>)> {
+) -> PyResult<()> {
     let dimension = edges.len();
     check_dimension(dimension)?;
-    let view = positions.as_array();
-    if view.ncols() != dimension || periodic.len() != dimension {
+    if periodic.len() != dimension {
         return Err(invalid(format!(
-            "`positions` and `periodic` must have {dimension} columns, got {} and {}",
-            view.ncols(),
+            "`periodic` must have {dimension} entries, got {}",
             periodic.len()
         )));
     }
@@ -356,21 +353,9 @@ fn wall_distances<'py>(
         velocity: 1.0,
         dimension: dimension as i32,
     };
-    let walls = Walls::new(&walls, WendlandC2::NAME, dimension, &cell, &units)
-        .map_err(|e| to_python(py, &e))?;
-    let (distance, wall): (Vec<f64>, Vec<u64>) = view
-        .rows()
-        .into_iter()
-        .map(|row| {
-            let mut position = [0.0; 3];
-            for (a, x) in row.iter().enumerate() {
-                position[a] = x / support;
-            }
-            let (distance, wall) = walls.nearest(position, &cell);
-            (distance * support, wall as u64)
-        })
-        .unzip();
-    Ok((distance.into_pyarray(py), wall.into_pyarray(py)))
+    Walls::new(&walls, WendlandC2::NAME, dimension, &cell, &units)
+        .map(|_| ())
+        .map_err(|e| to_python(py, &e))
 }
 
 /// Adds all functions to the module.
@@ -385,6 +370,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(uniform_positions, module)?)?;
     module.add_function(wrap_pyfunction!(list_margin, module)?)?;
     module.add_function(wrap_pyfunction!(curvature_weight, module)?)?;
-    module.add_function(wrap_pyfunction!(wall_distances, module)?)?;
+    module.add_function(wrap_pyfunction!(check_walls, module)?)?;
     module.add_function(wrap_pyfunction!(relax_positions, module)?)
 }

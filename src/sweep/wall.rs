@@ -72,7 +72,11 @@ impl<'a> Scenery<'a> {
     /// from their end.
     pub fn own(&self, walls: &Walls, near: &Near, reverse: bool, mut work: impl FnMut(&View<'_>)) {
         for k in 0..self.images.len() {
-            let image = &self.images[if reverse { self.images.len() - 1 - k } else { k }];
+            let image = &self.images[if reverse {
+                self.images.len() - 1 - k
+            } else {
+                k
+            }];
             if let Some(sites) = walls.own_sites(near, image.walls()) {
                 let ends = &sites[..image.order];
                 if let Some(view) = self.view(image, [0.0; 3], [ends, ends]) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .channel_flow import couette_velocity, pipe_velocity, poiseuille_velocity
 from .density import DensityTheory, cell_count_variance, pairing_limit, reduced_equation_of_state
 from .friction import FrictionTheory, friction_coefficients, viscosities
 from .hydrodynamics import HydrodynamicTheory, isothermal_sound_speed
@@ -15,12 +16,15 @@ __all__ = [
     "HydrodynamicTheory",
     "cell_count_variance",
     "cell_variances",
+    "couette_velocity",
     "friction_coefficients",
     "friction_integral",
     "isothermal_sound_speed",
     "kernel_square_integral",
     "kernel_transform",
     "pairing_limit",
+    "pipe_velocity",
+    "poiseuille_velocity",
     "reduced_equation_of_state",
     "viscosities",
 ]

@@ -50,7 +50,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Round:
-    """A cylinder along `axis`, a circle (axis 2 in two dimensions) or a sphere; side +1: outside."""
+    """A cylinder along `axis` (a circle in two dimensions: 2) or a sphere; side +1: outside."""
 
     centre: Array
     radius: float
@@ -149,9 +149,7 @@ class WallSystem(System):
     def number_densities(self) -> Array:
         total = np.array(System.number_densities.func(self))  # type: ignore[attr-defined]
         for link in self.links:
-            w = link.weight * kernel_value(
-                self.kernel, self.dimension, link.distance, self.support
-            )
+            w = link.weight * kernel_value(self.kernel, self.dimension, link.distance, self.support)
             np.add.at(total, link.i, w)
             other = link.i != link.j
             np.add.at(total, link.j[other], w[other])
@@ -300,6 +298,21 @@ class WallSystem(System):
             np.add.at(matrix, (i, j), sign * block)
             np.add.at(matrix, (j, i), sign * block)
         return matrix.transpose(0, 2, 1, 3).reshape(n * dim, n * dim)
+
+    def bounced(self) -> WallSystem:
+        """What has crossed a wall is reflected, in position and in velocity to the wall."""
+        system = self
+        for _ in range(3):
+            for index in range(len(self.walls)):
+                stand = system.stands[index]
+                out = np.minimum(stand.distance, 0.0)
+                relative = np.sum((system.velocities - stand.velocity) * stand.normal, axis=1)
+                turn = np.where(out < 0.0, np.minimum(relative, 0.0), 0.0)
+                system = system.at(  # type: ignore[assignment]
+                    positions=system.positions - 2.0 * out[:, None] * stand.normal,
+                    velocities=system.velocities - 2.0 * turn[:, None] * stand.normal,
+                )
+        return system
 
     # --- the exact exchange ------------------------------------------------------------------
 
