@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -237,6 +238,23 @@ class Profile(LoopObserver):
     def pressure(self) -> Array:
         """Mean pressure of the equation of state, (bins,) [energy/length^D]."""
         return self._mean("pressure")
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write all blocks as CSV, one line for each block and bin."""
+        blocks, d = self.blocks, self._dimension
+        axes = AXES[:d]
+        names = ["time", self.axis or "distance", "particles", *(f"velocity_{a}" for a in axes)]
+        columns = [
+            np.repeat(self.times, self.bins),
+            np.tile(self.centers, blocks),
+            (self._sums()[:, :, 0] / self._rows()[:, 1, None]).ravel(),
+            *self.series("velocity").reshape(-1, d).T,
+        ]
+        for name in ("density", "pressure"):
+            names.append(name)
+            columns.append(self.series(name).ravel())
+        table = np.stack(columns, axis=1)
+        np.savetxt(path, table, delimiter=",", header=",".join(names), comments="")
 
     def __repr__(self) -> str:
         along = f"along {self.axis}" if self.axis else f"from wall {self.wall}"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sdpd.box import AXES
 from sdpd.observers import LoopObserver
 from sdpd.walls import Cylinder, Plane, Sphere
 
@@ -110,6 +112,14 @@ class WallForces(LoopObserver):
         """
         return np.asarray(self.force / np.asarray(self._areas)[:, None])
 
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write all samples as CSV: step, time, and force and torque by wall."""
+        walls = len(self._areas)
+        names = ["step", "time"]
+        for k in range(walls):
+            names += [f"force_{axis}_{k}" for axis in AXES] + [f"torque_{a}_{k}" for a in AXES]
+        np.savetxt(path, self._table(), delimiter=",", header=",".join(names), comments="")
+
     def __len__(self) -> int:
         return len(self._table())
 
@@ -130,5 +140,5 @@ def _area(sim: Simulation, index: int) -> float:
     if isinstance(wall, Sphere):
         return float(4.0 * np.pi * wall.radius**2)
     assert isinstance(wall, Cylinder)
-    length = lengths["xyz".index(wall.axis)] if scene.dimension == 3 else 1.0
+    length = lengths[AXES.index(wall.axis)] if scene.dimension == 3 else 1.0
     return float(2.0 * np.pi * wall.radius * length)
