@@ -77,7 +77,7 @@ pub fn relax<const D: usize>(
             }
             walls.rebuild::<D>(&particles, &grid, &list, cell, skin);
         }
-        walls.place(&particles, cell);
+        wall_densities::<WendlandC2, D>(&mut particles, walls, &grid, cell);
         for record in &mut particles.velocity {
             record[3] = 1.0;
         }
@@ -88,12 +88,12 @@ pub fn relax<const D: usize>(
             cell,
             silent,
             key,
+            None,
         );
         wall_forces::<WendlandC2, Frictionless, Silent, D>(
             &mut particles,
             walls,
             &grid,
-            cell,
             silent,
             key,
         );

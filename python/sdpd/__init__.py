@@ -34,10 +34,17 @@ if TYPE_CHECKING:
     from sdpd import analysis, h5md, interop, simulation
     from sdpd.checkpoint import load
     from sdpd.h5md import Trajectory
-    from sdpd.observers import Correlator, Observer, Thermodynamics
-    from sdpd.profiles import Profile
+    from sdpd.observers import (
+        Correlator,
+        CurrentCorrelator,
+        Observer,
+        Profile,
+        Stress,
+        StressCorrelator,
+        Thermodynamics,
+        WallForces,
+    )
     from sdpd.simulation import Simulation
-    from sdpd.wall_forces import WallForces
 
 __version__: str
 
@@ -46,6 +53,7 @@ __all__ = [
     "CheckpointError",
     "Correlator",
     "Cost",
+    "CurrentCorrelator",
     "Cylinder",
     "DiscreteFactors",
     "Effects",
@@ -66,6 +74,8 @@ __all__ = [
     "SimulationError",
     "SinusoidalForce",
     "Sphere",
+    "Stress",
+    "StressCorrelator",
     "Thermodynamics",
     "TimeStepWarning",
     "Trajectory",
@@ -88,10 +98,13 @@ __all__ = [
 # Loaded on first use, so that `import sdpd` costs NumPy and little more. Name -> module, attribute.
 _LAZY: dict[str, tuple[str, str | None]] = {
     "Correlator": ("sdpd.observers", "Correlator"),
-    "Profile": ("sdpd.profiles", "Profile"),
-    "WallForces": ("sdpd.wall_forces", "WallForces"),
+    "Profile": ("sdpd.observers", "Profile"),
+    "WallForces": ("sdpd.observers", "WallForces"),
+    "CurrentCorrelator": ("sdpd.observers", "CurrentCorrelator"),
     "Observer": ("sdpd.observers", "Observer"),
     "Simulation": ("sdpd.simulation", "Simulation"),
+    "Stress": ("sdpd.observers", "Stress"),
+    "StressCorrelator": ("sdpd.observers", "StressCorrelator"),
     "Thermodynamics": ("sdpd.observers", "Thermodynamics"),
     "Trajectory": ("sdpd.h5md", "Trajectory"),
     "analysis": ("sdpd.analysis", None),

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 from sdpd.errors import SdpdWarning, SimulationError
 
 if TYPE_CHECKING:
-    from sdpd.profiles import Profile
+    from sdpd.observers import Profile, WallForces
     from sdpd.scene import Scene
-    from sdpd.wall_forces import WallForces
 
 __all__ = ["main"]
 
@@ -170,8 +169,7 @@ def _run(options: argparse.Namespace) -> int:
 def _wall_observers(scene: Scene, every: int) -> dict[str, WallForces | Profile]:
     """Forces on walls, and a profile from wall to wall: names of files and what goes there."""
     from sdpd.box import AXES
-    from sdpd.profiles import Profile
-    from sdpd.wall_forces import WallForces
+    from sdpd.observers import Profile, WallForces
 
     if not scene.walls:
         return {}

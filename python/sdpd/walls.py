@@ -25,6 +25,8 @@ _FACINGS = ("above", "below")
 class Wall:
     """Base of the walls."""
 
+    slip: bool
+
     def core(self, box: Box) -> tuple[str, list[float]]:
         """Name and numbers for the core."""
         raise NotImplementedError
@@ -86,6 +88,8 @@ class Plane(Wall):
         length).
     velocity : sequence of float, optional
         Of the wall [length/time], along itself; at rest if None.
+    slip : bool
+        Whether the fluid slips freely: images then have no friction.
 
     Raises
     ------
@@ -105,6 +109,7 @@ class Plane(Wall):
     point: tuple[float, ...] | None = None
     normal: tuple[float, ...] | None = None
     velocity: tuple[float, ...] | None = None
+    slip: bool = False
 
     def __post_init__(self) -> None:
         by_axis = self.axis is not None and self.at is not None
@@ -125,6 +130,7 @@ class Plane(Wall):
                 raise ValueError("`normal` must not be zero")
         if self.velocity is not None:
             object.__setattr__(self, "velocity", _vector("velocity", self.velocity))
+        object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
 
     def frame(self, box: Box) -> tuple[Array, Array]:
         """A point and the unit normal into the fluid, (D,) each."""
@@ -160,7 +166,8 @@ class Plane(Wall):
 
     def core(self, box: Box) -> tuple[str, list[float]]:  # noqa: D102
         point, normal = self.frame(box)
-        return "plane", _three(point) + _three(normal) + _three(self.velocity or ())
+        numbers = _three(point) + _three(normal) + _three(self.velocity or ())
+        return "plane", [*numbers, float(self.slip)]
 
     def distance(self, points: Array, box: Box) -> Array:  # noqa: D102
         point, normal = self.frame(box)
@@ -202,6 +209,8 @@ class Cylinder(Wall):
         Along the axis [length/time].
     angular_velocity : float
         About the axis, by the right-hand rule [1/time].
+    slip : bool
+        Whether the fluid slips freely: images then have no friction.
 
     Raises
     ------
@@ -221,6 +230,7 @@ class Cylinder(Wall):
     fluid: str = "outside"
     velocity: float = 0.0
     angular_velocity: float = 0.0
+    slip: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", validation.positive("radius", self.radius))
@@ -229,6 +239,7 @@ class Cylinder(Wall):
         validation.choice("fluid", self.fluid, _SIDES)
         for name in ("velocity", "angular_velocity"):
             object.__setattr__(self, name, validation.finite(name, getattr(self, name)))
+        object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
 
     def check(self, box: Box, name: str) -> None:  # noqa: D102
         _check_length(f"{name}.centre", self.centre, box)
@@ -245,7 +256,7 @@ class Cylinder(Wall):
         velocity, spin = [0.0] * 3, [0.0] * 3
         velocity[index], spin[index] = self.velocity, self.angular_velocity
         shape = [*_three(self.centre), float(index), self.radius, side]
-        return "cylinder", shape + velocity + spin
+        return "cylinder", [*shape, *velocity, *spin, float(self.slip)]
 
     def distance(self, points: Array, box: Box) -> Array:  # noqa: D102
         index = AXES.index(self.axis)
@@ -274,6 +285,8 @@ class Sphere(Wall):
         Where the fluid is.
     angular_velocity : sequence of float, three
         [1/time].
+    slip : bool
+        Whether the fluid slips freely: images then have no friction.
 
     Raises
     ------
@@ -291,6 +304,7 @@ class Sphere(Wall):
     centre: tuple[float, ...]
     fluid: str = "outside"
     angular_velocity: tuple[float, ...] = (0.0, 0.0, 0.0)
+    slip: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", validation.positive("radius", self.radius))
@@ -300,6 +314,7 @@ class Sphere(Wall):
                 raise ValueError(f"`{name}` must have 3 entries, got {len(value)}")
             object.__setattr__(self, name, value)
         validation.choice("fluid", self.fluid, _SIDES)
+        object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
 
     def check(self, box: Box, name: str) -> None:  # noqa: D102
         if box.dimension != 3:
@@ -307,7 +322,9 @@ class Sphere(Wall):
 
     def core(self, box: Box) -> tuple[str, list[float]]:  # noqa: D102
         side = 1.0 if self.fluid == "outside" else -1.0
-        return "sphere", [*self.centre, self.radius, side, 0.0, 0.0, 0.0, *self.angular_velocity]
+        still = (0.0, 0.0, 0.0)
+        shape = [*self.centre, self.radius, side]
+        return "sphere", [*shape, *still, *self.angular_velocity, float(self.slip)]
 
     def distance(self, points: Array, box: Box) -> Array:  # noqa: D102
         return _radial_distance(points, self.centre, None, self.radius, self.fluid, box)

@@ -88,24 +88,24 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     );
     let saved_walls = (walls.force.clone(), walls.drag.clone());
     let mut parts = ForceParts::default();
-    pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key);
-    wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, cell, kick, key);
+    pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key, None);
+    wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
     parts.conservative.clone_from(&particles.force);
     particles.drag.resize(particles.len(), [0.0; 4]);
     particles.drag.fill([0.0; 4]);
     particles.scratch.clone_from(&particles.velocity);
     if F::ON {
-        drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key);
+        drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, None);
         let motion = Motion::Actual;
-        wall_drag::<K, F, Silent, D>(particles, walls, grid, cell, kick, key, motion);
+        wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
     }
     parts.dissipative.clone_from(&particles.drag);
     particles.scratch.fill([0.0; 4]);
     particles.drag.fill([0.0; 4]);
     if V::ON {
-        drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key);
+        drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, None);
         let motion = Motion::Difference;
-        wall_drag::<K, F, V, D>(particles, walls, grid, cell, kick, key, motion);
+        wall_drag::<K, F, V, D>(particles, walls, grid, kick, key, motion);
     }
     parts.random.clone_from(&particles.drag);
     (particles.force, particles.drag, particles.scratch) = saved;
@@ -133,13 +133,16 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
             begin = end as usize;
         }
     }
-    sum += wall_friction_weight::<K, D>(&engine.particles, &engine.walls, &engine.cell);
+    sum += wall_friction_weight::<K, D>(&engine.particles, &engine.walls);
     sum / engine.particles.len() as f64
 }
 
 /// Moves the particles and brings the lists up to date.
 pub(crate) fn drift<const D: usize>(engine: &mut Engine, dt: f64, shuffle: bool) -> Result<()> {
     let moved = engine.move_particles(dt)?;
+    if let Some(tally) = &mut engine.tally {
+        tally.drift(dt, &engine.particles.velocity);
+    }
     engine.bounce()?;
     engine.keep_lists::<D>(moved, shuffle)
 }

@@ -33,11 +33,20 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             grid,
             list,
             cell,
+            tally,
             walls,
             ..
         } = engine;
-        pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key);
-        wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, cell, kick, key);
+        pair_forces::<K, Frictionless, Silent, D>(
+            particles,
+            grid,
+            list,
+            cell,
+            kick,
+            key,
+            tally.as_mut(),
+        );
+        wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
     }
 
     /// Half a step of drag and noise; `started` is the step at whose start it belongs.
@@ -53,16 +62,26 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             grid,
             list,
             cell,
+            tally,
             walls,
             ..
         } = engine;
         // Walls after the pairs, and backward before them: a step is the same from both ends.
         if direction == Direction::Backward {
-            wall_exchange::<K, F, V, D>(particles, walls, grid, cell, process, key, direction);
+            wall_exchange::<K, F, V, D>(particles, walls, grid, process, key, direction);
         }
-        exchange::<K, F, V, D>(particles, grid, list, cell, process, key, direction);
+        exchange::<K, F, V, D>(
+            particles,
+            grid,
+            list,
+            cell,
+            process,
+            key,
+            direction,
+            tally.as_mut(),
+        );
         if direction == Direction::Forward {
-            wall_exchange::<K, F, V, D>(particles, walls, grid, cell, process, key, direction);
+            wall_exchange::<K, F, V, D>(particles, walls, grid, process, key, direction);
         }
     }
 }

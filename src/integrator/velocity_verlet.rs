@@ -40,11 +40,12 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
             grid,
             list,
             cell,
+            tally,
             walls,
             ..
         } = engine;
-        pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key);
-        wall_forces::<K, F, V, D>(particles, walls, grid, cell, kick, key);
+        pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, tally.as_mut());
+        wall_forces::<K, F, V, D>(particles, walls, grid, kick, key);
     }
 
     /// Velocities have just been changed by half a kick: lets the drag follow.
@@ -61,12 +62,13 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
                 grid,
                 list,
                 cell,
+                tally,
                 walls,
                 ..
             } = engine;
-            drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key);
+            drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, tally.as_mut());
             let motion = Motion::Difference;
-            wall_drag::<K, F, Silent, D>(particles, walls, grid, cell, kick, key, motion);
+            wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
             let last = pass + 1 == self.iterations;
             engine.add_drag(0.5 * dt, !last);
         }

@@ -448,7 +448,8 @@ mod tests {
                     let terms = exchange.link_terms::<General>(g, &axes, Some(unit(k)), own);
                     kicks.set_column(k, &Vector3::from(terms.change([0.0; 3])));
                 }
-                let excess = decay * decay.transpose() * s2 + kicks * kicks.transpose()
+                let excess: Matrix3<f64> = decay * decay.transpose() * s2
+                    + kicks * kicks.transpose()
                     - Matrix3::identity() * s2;
                 assert!(excess.abs().max() < 1e-14);
                 if t < 1e-6 {

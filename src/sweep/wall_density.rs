@@ -8,7 +8,7 @@ use crate::neighbor::Grid;
 use crate::state::Particles;
 use crate::wall::Walls;
 
-/// Brings the walls' sites up to date and adds the images' part to the densities, in h^-D.
+/// Brings the walls' sites and views up to date and adds the images' part to the densities [h^-D].
 pub fn wall_densities<K: Kernel, const D: usize>(
     particles: &mut Particles,
     walls: &mut Walls,
@@ -22,16 +22,14 @@ pub fn wall_densities<K: Kernel, const D: usize>(
     let mut links = std::mem::take(&mut walls.links);
     let mut tasks = std::mem::take(&mut walls.tasks);
     let density = Shared::new(&mut particles.density);
-    let scenery = Scenery {
-        images: &walls.images,
-        sites: &walls.sites,
-        cell,
-        position: &particles.position,
-    };
-    for_each_links(grid, &mut links, false, |links, _| {
-        for link in links {
-            if let Some(view) = scenery.link::<D>(link) {
+    let position = &particles.position;
+    let scenery = Scenery::of(walls);
+    for_each_links(grid, &mut links, false, |block| {
+        block.views.clear();
+        for link in &block.links {
+            if let Some(view) = scenery.link::<D>(link, position, cell) {
                 let share = view.weight * K::w::<D>(view.distance);
+                block.views.push(view);
                 // SAFETY: blocks of one colour share no particle, and the two differ.
                 unsafe {
                     *density.slot(link.slots[0]) += share;
@@ -40,11 +38,16 @@ pub fn wall_densities<K: Kernel, const D: usize>(
             }
         }
     });
-    for_each_near(&walls.near, &mut tasks, |near, _| {
-        scenery.own(walls, near, false, |view| {
-            // SAFETY: every slot occurs once among the near ones.
-            unsafe { *density.slot(near.slot) += view.weight * K::w::<D>(view.distance) };
-        });
+    for_each_near(&walls.near, &mut tasks, |near, task| {
+        task.views.clear();
+        for particle in near {
+            scenery.own(walls, particle, |view| {
+                let share = view.weight * K::w::<D>(view.distance);
+                task.views.push(view);
+                // SAFETY: every slot occurs once among the near ones.
+                unsafe { *density.slot(particle.slot) += share };
+            });
+        }
     });
     (walls.links, walls.tasks) = (links, tasks);
 }

@@ -7,14 +7,13 @@
 use std::marker::PhantomData;
 
 use super::Shared;
-use super::wall::{Scenery, View, collect, for_each_links, for_each_near};
-use crate::domain::PeriodicBox;
+use super::wall::{Scenery, collect, for_each_links, for_each_near};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{FrictionForm, Kick};
 use crate::random::{SweepKey, Variate};
 use crate::state::Particles;
-use crate::wall::{Link, Near, Walls, Wrench};
+use crate::wall::{View, Walls, Wrench};
 
 /// Whose velocities the drag is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +26,7 @@ pub enum Motion {
 
 struct WallForce<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
     scenery: Scenery<'a>,
+    position: &'a [[f64; 4]],
     velocity: &'a [[f64; 4]],
     id: &'a [u64],
     force: Shared<'a, [f64; 4]>,
@@ -53,12 +53,11 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
 
     /// Force of the images' pressure on both ends, without what acts along r_ij; `pressure` is
     /// A_i + A_j.
-    fn pressure(&self, view: &View<'_>, pressure: f64, tally: &mut [Wrench]) -> [[f64; 3]; 2] {
+    fn pressure(&self, view: &View, pressure: f64, tally: &mut [Wrench]) -> [[f64; 3]; 2] {
         let slope = pressure * view.weight * K::f::<D>(view.distance);
         let value = pressure * view.weight * K::w::<D>(view.distance);
         let mut forces = [[0.0; 3]; 2];
-        for k in 0..view.image.order {
-            let (one, other) = self.scenery.ends(view, k);
+        for (one, other) in self.scenery.ends(view) {
             for (force, (here, there)) in forces.iter_mut().zip([(one, other), (other, one)]) {
                 let push = 2.0 * slope * there.foot.distance - value * here.slope / here.weight;
                 let wrench = &mut tally[here.wall as usize];
@@ -77,20 +76,21 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         forces
     }
 
-    fn weight(&self, view: &View<'_>, [i, j]: [u32; 2]) -> f64 {
-        let position = self.scenery.position;
-        let product = position[i as usize][3] * position[j as usize][3];
+    /// g of a link.
+    fn weight(&self, view: &View) -> f64 {
+        let [i, j] = view.link.slots;
+        let product = self.position[i as usize][3] * self.position[j as usize][3];
         view.weight * K::f::<D>(view.distance) * (product * product)
     }
 
-    fn variates(&self, view: &View<'_>, [i, j]: [u32; 2]) -> Option<[f64; 3]> {
+    fn variates(&self, view: &View, odd: bool) -> Option<[f64; 3]> {
         if !V::ON {
             return None;
         }
-        let [p, q] = [self.id[i as usize], self.id[j as usize]];
-        let words = self.key.of_image(view.image.label).pair_words(p, q);
-        let xi = V::draw(words, D);
-        let sign = if view.image.odd() || p < q { 1.0 } else { -1.0 };
+        let [p, q] = view.link.slots.map(|slot| self.id[slot as usize]);
+        let label = self.scenery.image(view).label;
+        let xi = V::draw(self.key.of_image(label).pair_words(p, q), D);
+        let sign = if odd || p < q { 1.0 } else { -1.0 };
         Some(std::array::from_fn(
             |a| if a < D { sign * xi[a] } else { 0.0 },
         ))
@@ -101,47 +101,35 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         std::array::from_fn(|a| if a < D { v[a] } else { 0.0 })
     }
 
-    fn wall_velocity(&self, view: &View<'_>) -> [f64; 3] {
+    fn wall_velocity(&self, view: &View) -> [f64; 3] {
         match self.motion {
-            Motion::Actual => self.scenery.wall_velocity(view),
+            Motion::Actual => view.wall,
             Motion::Difference => [0.0; 3],
         }
     }
 
-    fn link(&self, link: &Link, tally: &mut [Wrench]) {
-        let Some(view) = self.scenery.link::<D>(link) else {
-            return;
-        };
-        let [i, j] = link.slots;
+    fn link(&self, view: &View, tally: &mut [Wrench]) {
+        let [i, j] = view.link.slots;
         let mut forces = [[0.0; 3]; 2];
         if CONSERVATIVE {
             let sum = self.velocity[i as usize][3] + self.velocity[j as usize][3];
-            forces = self.pressure(&view, sum, tally);
+            forces = self.pressure(view, sum, tally);
         }
-        if F::ON {
+        let image = self.scenery.image(view);
+        if F::ON && image.friction {
+            let odd = image.odd();
             let (v, w) = (self.velocity(i), self.velocity(j));
-            let odd = view.image.odd();
-            let wall = if odd {
-                self.wall_velocity(&view)
+            let u = if odd {
+                let wall = self.wall_velocity(view);
+                [0, 1, 2].map(|a| v[a] + w[a] - 2.0 * wall[a])
             } else {
-                [0.0; 3]
+                [0, 1, 2].map(|a| v[a] - w[a])
             };
-            let u = std::array::from_fn(|a| {
-                if odd {
-                    v[a] + w[a] - 2.0 * wall[a]
-                } else {
-                    v[a] - w[a]
-                }
-            });
-            let f = self.kick.link_force::<F>(
-                self.weight(&view, link.slots),
-                &self.scenery.axes(&view),
-                u,
-                self.variates(&view, link.slots),
-                false,
-            );
+            let xi = self.variates(view, odd);
+            let g = self.weight(view);
+            let f = self.kick.link_force::<F>(g, &view.axes, u, xi, false);
             let back = if odd { f } else { f.map(|x| -x) };
-            self.scenery.react(&view, f, back, tally);
+            self.scenery.react(view, f, back, tally);
             for a in 0..3 {
                 forces[0][a] += f[a];
                 forces[1][a] += back[a];
@@ -154,33 +142,28 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         }
     }
 
-    fn own(&self, walls: &Walls, near: &Near, tally: &mut [Wrench]) {
-        let slots = [near.slot; 2];
-        self.scenery.own(walls, near, false, |view| {
-            let mut force = [0.0; 3];
-            if CONSERVATIVE {
-                // Both ends are the particle: the sum over them with A_i is the gradient.
-                let share = self.velocity[near.slot as usize][3];
-                let [one, other] = self.pressure(view, share, tally);
-                force = std::array::from_fn(|a| one[a] + other[a]);
+    fn own(&self, view: &View, tally: &mut [Wrench]) {
+        let slot = view.link.slots[0];
+        let mut force = [0.0; 3];
+        if CONSERVATIVE {
+            // Both ends are the particle: the sum over them with A_i is the gradient.
+            let [one, other] = self.pressure(view, self.velocity[slot as usize][3], tally);
+            force = [0, 1, 2].map(|a| one[a] + other[a]);
+        }
+        let image = self.scenery.image(view);
+        if F::ON && image.friction && image.odd() {
+            let (v, wall) = (self.velocity(slot), self.wall_velocity(view));
+            let u = [0, 1, 2].map(|a| v[a] - wall[a]);
+            let xi = self.variates(view, true);
+            let g = self.weight(view);
+            let f = self.kick.link_force::<F>(g, &view.axes, u, xi, true);
+            self.scenery.react(view, f, [0.0; 3], tally);
+            for a in 0..3 {
+                force[a] += f[a];
             }
-            if F::ON && view.image.odd() {
-                let (v, wall) = (self.velocity(near.slot), self.wall_velocity(view));
-                let f = self.kick.link_force::<F>(
-                    self.weight(view, slots),
-                    &self.scenery.axes(view),
-                    std::array::from_fn(|a| v[a] - wall[a]),
-                    self.variates(view, slots),
-                    true,
-                );
-                self.scenery.react(view, f, [0.0; 3], tally);
-                for a in 0..3 {
-                    force[a] += f[a];
-                }
-            }
-            // SAFETY: every slot occurs once among the near ones.
-            unsafe { self.add(near.slot, force) };
-        });
+        }
+        // SAFETY: every slot occurs once among the near ones.
+        unsafe { self.add(slot, force) };
     }
 }
 
@@ -189,7 +172,6 @@ pub fn wall_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles: &mut Particles,
     walls: &mut Walls,
     grid: &Grid,
-    cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
 ) {
@@ -209,7 +191,6 @@ pub fn wall_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
         walls,
         &mut total,
         grid,
-        cell,
         kick,
         key,
         Motion::Actual,
@@ -224,7 +205,6 @@ pub fn wall_drag<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles: &mut Particles,
     walls: &mut Walls,
     grid: &Grid,
-    cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
     motion: Motion,
@@ -239,9 +219,7 @@ pub fn wall_drag<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
         &particles.scratch[..],
         &particles.id[..],
     );
-    sweep::<K, F, V, D, false>(
-        arrays, force, walls, &mut total, grid, cell, kick, key, motion,
-    );
+    sweep::<K, F, V, D, false>(arrays, force, walls, &mut total, grid, kick, key, motion);
     walls.drag = total;
 }
 
@@ -250,32 +228,21 @@ pub fn wall_drag<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
 pub fn wall_friction_weight<K: Kernel, const D: usize>(
     particles: &Particles,
     walls: &Walls,
-    cell: &PeriodicBox,
 ) -> f64 {
-    let scenery = Scenery {
-        images: &walls.images,
-        sites: &walls.sites,
-        cell,
-        position: &particles.position,
+    let blocks = walls.links.iter().flat_map(|block| &block.views);
+    let own = walls.tasks.iter().flat_map(|task| &task.views);
+    // An own image of even order is at rest to its particle.
+    let slows = |view: &&View| {
+        let [i, j] = view.link.slots;
+        let image = &walls.images[view.link.image as usize];
+        image.friction && (i != j || image.odd())
     };
-    let g = |view: &View<'_>, [i, j]: [u32; 2]| {
+    let g = |view: &View| {
+        let [i, j] = view.link.slots;
         let product = particles.position[i as usize][3] * particles.position[j as usize][3];
         view.weight * K::f::<D>(view.distance) * (product * product)
     };
-    let mut sum = 0.0;
-    for link in walls.links.iter().flat_map(|block| &block.links) {
-        if let Some(view) = scenery.link::<D>(link) {
-            sum += 2.0 * g(&view, link.slots);
-        }
-    }
-    for near in &walls.near {
-        scenery.own(walls, near, false, |view| {
-            if view.image.odd() {
-                sum += 2.0 * g(view, [near.slot; 2]);
-            }
-        });
-    }
-    sum
+    2.0 * blocks.chain(own).filter(slows).map(g).sum::<f64>()
 }
 
 #[allow(clippy::too_many_arguments)]
@@ -285,7 +252,6 @@ fn sweep<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVAT
     walls: &mut Walls,
     total: &mut [Wrench],
     grid: &Grid,
-    cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
     motion: Motion,
@@ -293,12 +259,8 @@ fn sweep<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVAT
     let mut links = std::mem::take(&mut walls.links);
     let mut tasks = std::mem::take(&mut walls.tasks);
     let task = WallForce::<K, F, V, D, CONSERVATIVE> {
-        scenery: Scenery {
-            images: &walls.images,
-            sites: &walls.sites,
-            cell,
-            position,
-        },
+        scenery: Scenery::of(walls),
+        position,
         velocity,
         id,
         force,
@@ -307,13 +269,15 @@ fn sweep<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVAT
         motion,
         form: PhantomData,
     };
-    for_each_links(grid, &mut links, false, |links, tally| {
-        for link in links {
-            task.link(link, tally);
+    for_each_links(grid, &mut links, false, |block| {
+        for view in &block.views {
+            task.link(view, &mut block.tally);
         }
     });
-    for_each_near(&walls.near, &mut tasks, |near, tally| {
-        task.own(walls, near, tally);
+    for_each_near(&walls.near, &mut tasks, |_, own| {
+        for view in &own.views {
+            task.own(view, &mut own.tally);
+        }
     });
     total.fill([0.0; 6]);
     collect(total, &links, &tasks);

@@ -25,7 +25,8 @@ impl Walls {
             .near
             .par_chunks(TASK)
             .zip(tasks.par_iter_mut())
-            .filter_map(|(near, tally)| {
+            .filter_map(|(near, task)| {
+                let tally = &mut task.tally;
                 tally.fill([0.0; 6]);
                 let mut escaped = None;
                 for particle in near {
@@ -41,8 +42,8 @@ impl Walls {
                 escaped
             })
             .min();
-        for tally in &tasks {
-            for (total, part) in self.impulse.iter_mut().zip(tally) {
+        for task in &tasks {
+            for (total, part) in self.impulse.iter_mut().zip(&task.tally) {
                 for a in 0..6 {
                     total[a] += part[a];
                 }

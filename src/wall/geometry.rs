@@ -9,7 +9,7 @@ use crate::valid::{finite, positive};
 /// A wall as the user gives it: its name ("plane", "cylinder", "sphere") and its numbers, in the
 /// user's units. Plane: point, normal, velocity (3 each). Cylinder: centre (3), axis (0, 1, 2),
 /// radius, +1 for fluid outside and -1 inside, velocity (3), spin (3). Sphere: the same without
-/// axis.
+/// axis. Last of all 1 for a wall on which the fluid slips, else 0.
 pub type WallSettings = (String, Vec<f64>);
 
 /// The form of a wall.
@@ -44,6 +44,8 @@ pub struct Surface {
     pub velocity: [f64; 3],
     /// Angular velocity about the centre.
     pub spin: [f64; 3],
+    /// Does the fluid slip, without any friction?
+    pub slip: bool,
 }
 
 /// Where a particle stands to a wall.
@@ -77,9 +79,9 @@ impl Surface {
         let (kind, numbers) = wall;
         let name = format!("walls[{index}]");
         let count = match kind.as_str() {
-            "plane" => 9,
-            "cylinder" => 12,
-            "sphere" => 11,
+            "plane" => 10,
+            "cylinder" => 13,
+            "sphere" => 12,
             other => {
                 return Err(Error::Invalid(format!(
                     "`{name}` must be a \"plane\", a \"cylinder\" or a \"sphere\", got {other:?}"
@@ -104,6 +106,7 @@ impl Surface {
                 }
             })
         };
+        let slip = numbers[count - 1] != 0.0;
         let surface = if kind == "plane" {
             let normal = triple(3, 1.0);
             let length = positive(&name, dot(normal, normal).sqrt())?;
@@ -114,6 +117,7 @@ impl Surface {
                 },
                 velocity: triple(6, units.velocity),
                 spin: [0.0; 3],
+                slip,
             }
         } else {
             let cylinder = kind == "cylinder";
@@ -132,6 +136,7 @@ impl Surface {
                 },
                 velocity: triple(rest + 2, units.velocity),
                 spin,
+                slip,
             }
         };
         surface.check(&name, d)?;
@@ -264,13 +269,13 @@ mod tests {
     #[test]
     fn distances_normals_and_velocities_of_the_three_forms() {
         let cell = PeriodicBox::new(&[20.0, 20.0, 20.0], 2.0).unwrap();
-        let plane = parse("plane", &[0., 0., 4., 0., 3., 4., 8., 4., -3.]).unwrap();
+        let plane = parse("plane", &[0., 0., 4., 0., 3., 4., 8., 4., -3., 0.]).unwrap();
         let foot = plane.foot([1.0, 1.0, 3.0], &cell);
         assert!((foot.distance - 1.4).abs() < 1e-12 && plane.curvature() == 0.0);
         close(foot.normal, [0.0, 0.6, 0.8]);
         close(foot.velocity, [2.0, 1.0, -0.75]);
         // A pipe along y, radius 3, sliding and turning.
-        let pipe = [10., 0., 10., 1., 6., -1., 0., 8., 0., 0., 2., 0.];
+        let pipe = [10., 0., 10., 1., 6., -1., 0., 8., 0., 0., 2., 0., 0.];
         let pipe = parse("cylinder", &pipe).unwrap();
         let foot = pipe.foot([5.0, 2.0, 7.0], &cell);
         assert!((foot.distance - 1.0).abs() < 1e-12);
@@ -278,7 +283,7 @@ mod tests {
         // w x r = (0, 1, 0) x (0, 0, 3)
         close(foot.velocity, [3.0, 2.0, 0.0]);
         assert!((pipe.curvature() - 1.0 / 3.0).abs() < 1e-15);
-        let ball = [2., 2., 2., 3.0, 1., 0., 0., 0., 0., 0., 1.];
+        let ball = [2., 2., 2., 3.0, 1., 0., 0., 0., 0., 0., 1., 0.];
         let ball = parse("sphere", &ball).unwrap();
         assert!((ball.curvature() + 2.0 / 1.5).abs() < 1e-15);
         // Through the periodic face, and by differences: n = grad phi.
@@ -299,12 +304,12 @@ mod tests {
     #[test]
     fn walls_that_leave_their_place_are_refused() {
         let text = |kind: &str, numbers: &[f64]| parse(kind, numbers).unwrap_err().to_string();
-        assert!(text("plane", &[0., 0., 0., 0., 0., 1., 0., 0., 1.]).contains("along itself"));
-        let mut ball = [2., 2., 2., 4.0, 1., 1., 0., 0., 0., 0., 1.];
+        assert!(text("plane", &[0., 0., 0., 0., 0., 1., 0., 0., 1., 0.]).contains("along itself"));
+        let mut ball = [2., 2., 2., 4.0, 1., 1., 0., 0., 0., 0., 1., 0.];
         assert!(text("sphere", &ball).contains("stay in its place"));
         (ball[3], ball[5]) = (1.0, 0.0);
         assert!(text("sphere", &ball).contains("at least one support"));
         assert!(text("cone", &[]).contains("\"cone\""));
-        assert!(text("plane", &[1.0]).contains("9 numbers"));
+        assert!(text("plane", &[1.0]).contains("10 numbers"));
     }
 }

@@ -17,6 +17,8 @@ pub struct Image {
     pub order: usize,
     /// Name in noise keys, from 1 on; direct pairs have 0.
     pub label: u8,
+    /// Is there friction with it? Not where the fluid slips on one of the walls.
+    pub friction: bool,
 }
 
 impl Image {
@@ -236,6 +238,7 @@ pub fn images(surfaces: &[Surface], cell: &PeriodicBox) -> Result<Vec<Image>> {
             walls: walls.map(|w| w as u32),
             order,
             label: k as u8 + 1,
+            friction: walls[..order].iter().all(|&w| !surfaces[w].slip),
         })
         .collect())
 }
@@ -249,6 +252,7 @@ mod tests {
             shape: Shape::Plane { point, normal },
             velocity: [0.0; 3],
             spin: [0.0; 3],
+            slip: false,
         }
     }
 
@@ -262,6 +266,7 @@ mod tests {
             },
             velocity: [0.0; 3],
             spin: [0.0; 3],
+            slip: false,
         }
     }
 

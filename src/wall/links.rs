@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::{Foot, TASK, Walls, Wrench};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
+use crate::physics::LinkAxes;
 use crate::state::Particles;
 
 /// A particle that may be within a support of a wall before the list is built anew.
@@ -46,18 +47,46 @@ pub struct Link {
     pub image: u32,
 }
 
+/// A link within the support at the present positions, with what all sweeps of a step need of it.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    /// The link; that of an own image has one particle at both ends.
+    pub link: Link,
+    /// r_ij.
+    pub r: [f64; 3],
+    /// Distance to the image.
+    pub distance: f64,
+    /// w_ij: product of psi of all walls at both ends.
+    pub weight: f64,
+    /// Directions of friction.
+    pub axes: LinkAxes,
+    /// Mean velocity of the walls at both feet.
+    pub wall: [f64; 3],
+}
+
+/// The own images of the particles of one task.
+#[derive(Debug, Default, Clone)]
+pub struct OwnImages {
+    /// Those within the support.
+    pub views: Vec<View>,
+    /// Sums by wall, of the sweep under way.
+    pub(crate) tally: Vec<Wrench>,
+}
+
 /// The links of one base block, in the order of its pairs.
 #[derive(Debug, Default, Clone)]
 pub struct BlockLinks {
     /// The links.
     pub links: Vec<Link>,
+    /// Those within the support.
+    pub views: Vec<View>,
     /// Sums over the links by wall, of the sweep under way.
     pub(crate) tally: Vec<Wrench>,
 }
 
 impl BlockLinks {
     pub(super) fn bytes(&self) -> usize {
-        size_of::<Link>() * self.links.capacity()
+        size_of::<Link>() * self.links.capacity() + size_of::<View>() * self.views.capacity()
     }
 }
 
@@ -78,9 +107,13 @@ impl Walls {
         self.find_near(particles, cell, 1.0 + 0.5 * skin);
         let walls = self.surfaces.len();
         self.tasks
-            .resize_with(self.near.len().div_ceil(TASK), Vec::new);
-        for tally in &mut self.tasks {
-            tally.resize(walls, [0.0; 6]);
+            .resize_with(self.near.len().div_ceil(TASK), OwnImages::default);
+        let kinds = self.images.len();
+        for task in &mut self.tasks {
+            task.tally.resize(walls, [0.0; 6]);
+            task.views.clear();
+            // No step is to allocate; at corners a particle has a few own images.
+            task.views.reserve(TASK * kinds.min(7));
         }
         let mut links = std::mem::take(&mut self.links);
         links.resize_with(grid.block_count(), BlockLinks::default);
@@ -91,6 +124,8 @@ impl Walls {
                 block.links.clear();
                 block.tally.resize(walls, [0.0; 6]);
                 self.find_links::<D>(block, pairs, particles, cell, skin);
+                block.views.clear();
+                block.views.reserve(block.links.len());
             });
         self.links = links;
     }

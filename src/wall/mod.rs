@@ -18,7 +18,7 @@ mod links;
 pub use curvature::CurvatureWeight;
 pub use geometry::{Foot, Shape, Surface, WallSettings};
 pub use images::{Image, images};
-pub use links::{BlockLinks, Link, Near, Site};
+pub use links::{BlockLinks, Link, Near, OwnImages, Site, View};
 
 use crate::domain::PeriodicBox;
 use crate::error::{Error, Result};
@@ -45,8 +45,8 @@ pub struct Walls {
     pub first_site: Vec<u32>,
     /// Links to images by base block.
     pub links: Vec<BlockLinks>,
-    /// One block of the sums of a sweep for each task of near particles.
-    pub(crate) tasks: Vec<Vec<Wrench>>,
+    /// Own images by task of near particles.
+    pub tasks: Vec<OwnImages>,
     /// Force and torque of the fluid on each wall that go with the particles' `force`.
     pub force: Vec<Wrench>,
     /// The same of `drag`.
@@ -144,7 +144,9 @@ impl Walls {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let links: usize = self.links.iter().map(BlockLinks::bytes).sum();
+        let own: usize = self.tasks.iter().map(|task| task.views.capacity()).sum();
         links
+            + size_of::<View>() * own
             + size_of::<Near>() * self.near.capacity()
             + size_of::<Site>() * self.sites.capacity()
             + 4 * self.first_site.capacity()

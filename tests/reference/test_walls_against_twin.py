@@ -196,8 +196,8 @@ def numbers(wall: Wall, dimension: int) -> tuple[str, list[float]]:
         return [*map(float, x), 0.0, 0.0, 0.0][:3] if len(x) < 3 else [*map(float, x)]
 
     if isinstance(wall, Plane):
-        return "plane", three(wall.point) + three(wall.normal) + three(wall.velocity)
-    rest = [wall.radius, wall.side, *three(wall.velocity), *three(wall.spin)]
+        return "plane", [*three(wall.point), *three(wall.normal), *three(wall.velocity), 0.0]
+    rest = [wall.radius, wall.side, *three(wall.velocity), *three(wall.spin), 0.0]
     if wall.axis is None:
         return "sphere", three(wall.centre) + rest
     return "cylinder", [*three(wall.centre), float(wall.axis), *rest]

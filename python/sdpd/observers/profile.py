@@ -6,18 +6,16 @@ import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sdpd import validation
 from sdpd.box import AXES
-from sdpd.observers import LoopObserver
+
+from .base import Array, LoopObserver
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
 __all__ = ["Profile"]
-
-Array = NDArray[np.float64]
 
 
 class Profile(LoopObserver):

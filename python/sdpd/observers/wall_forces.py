@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd.box import AXES
-from sdpd.observers import LoopObserver
 from sdpd.walls import Cylinder, Plane, Sphere
+
+from .base import Array, LoopObserver
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
 __all__ = ["WallForces"]
-
-Array = NDArray[np.float64]
 
 
 class WallForces(LoopObserver):

@@ -1,0 +1,26 @@
+"""Observers sample a running simulation: some inside the compiled loop, some between its calls."""
+
+from __future__ import annotations
+
+from .base import LoopObserver, Observer, check_observers
+from .correlator import Correlator
+from .currents import CurrentCorrelator
+from .lagged import LaggedObserver
+from .profile import Profile
+from .stress import Stress, StressCorrelator
+from .thermodynamics import Thermodynamics
+from .wall_forces import WallForces
+
+__all__ = [
+    "Correlator",
+    "CurrentCorrelator",
+    "LaggedObserver",
+    "LoopObserver",
+    "Observer",
+    "Profile",
+    "Stress",
+    "StressCorrelator",
+    "Thermodynamics",
+    "WallForces",
+    "check_observers",
+]
