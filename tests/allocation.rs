@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use sdpd::registry::Combination;
 use sdpd::relax::{normal_velocities, uniform_positions};
 use sdpd::simulation::{Engine, Settings};
+use sdpd::wall::WallSettings;
 
 struct Counting;
 
@@ -27,7 +28,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-fn engine(integrator: &str, threads: usize) -> Engine {
+fn engine(integrator: &str, threads: usize, walls: bool) -> Engine {
     let (n, edge) = (1728, 12.0);
     let settings = Settings {
         combination: Combination {
@@ -51,8 +52,8 @@ fn engine(integrator: &str, threads: usize) -> Engine {
         skin: None,
         flow_speed: 0.0,
         threads,
-        periodic: Vec::new(),
-        walls: Vec::new(),
+        periodic: vec![true, !walls, !walls],
+        walls: if walls { duct(edge) } else { Vec::new() },
     };
     let mut engine = Engine::new(n, &settings).unwrap();
     let positions = uniform_positions(n, 3, 5);
@@ -74,19 +75,34 @@ fn allocations(engine: &mut Engine, steps: u64) -> usize {
     COUNT.load(Ordering::Relaxed) - before
 }
 
+/// Four planes along x, with corners.
+fn duct(edge: f64) -> Vec<WallSettings> {
+    let plane = |axis: usize, at: f64, side: f64| {
+        let mut numbers = vec![0.0; 10];
+        numbers[axis] = at;
+        numbers[3 + axis] = side;
+        ("plane".to_string(), numbers)
+    };
+    (1..3)
+        .flat_map(|axis| [plane(axis, 0.0, 1.0), plane(axis, edge, -1.0)])
+        .collect()
+}
+
 /// One test, so that nothing else allocates at the same time.
 #[test]
 fn a_step_allocates_nothing() {
     for integrator in ["velocity_verlet", "pair_splitting"] {
         for threads in [1, 2] {
-            let mut engine = engine(integrator, threads);
-            let few = allocations(&mut engine, 10);
-            let many = allocations(&mut engine, 110);
-            // Entering the pool may cost a handful per run; 100 more steps must cost nothing.
-            assert!(
-                many <= few + 4,
-                "{integrator} on {threads} threads: {few} allocations in 10 steps, {many} in 110"
-            );
+            for walls in [false, true] {
+                let mut engine = engine(integrator, threads, walls);
+                let few = allocations(&mut engine, 10);
+                let many = allocations(&mut engine, 110);
+                // Entering the pool may cost a handful per run; 100 more steps must cost nothing.
+                assert!(
+                    many <= few + 4,
+                    "{integrator} on {threads} threads: {few} allocations in 10 steps, {many} in 110"
+                );
+            }
         }
     }
 }
