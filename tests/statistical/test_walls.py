@@ -3,7 +3,8 @@
 Without noise at the walls the layer z < dx would be at about half the temperature, with
 independent noise for both ends of a link at 0.9 (docs/theory/walls). Estimates are means of 32
 blocks, each many friction times long; with 31 degrees of freedom |t| > 4.3 has p = 1.6e-4, and the
-family has 24 members. The splitting has no bias in temperature; that of Verlet at tau/60 is below 1e-3.
+family has 24 members. The splitting has no bias in temperature; that of Verlet at tau/60 is below
+1e-3.
 """
 
 from __future__ import annotations
