@@ -10,7 +10,10 @@ _Float: TypeAlias = NDArray[np.float64]
 __all__ = [
     "Core",
     "Correlator",
+    "Currents",
     "Profile",
+    "Stress",
+    "StressCorrelator",
     "Thermodynamics",
     "WallForces",
     "__version__",
@@ -189,7 +192,7 @@ class Core:
         block: int,
     ) -> Profile: ...
     def attach_stress_correlator(
-        self, every: int, points: int, levels: int
+        self, every: int, points: int, levels: int, parts: bool
     ) -> StressCorrelator: ...
     def attach_currents(
         self, every: int, wave_vectors: list[list[int]], points: int, levels: int
