@@ -19,7 +19,7 @@ def test_as_published_within_one_per_cent() -> None:
     # bulk and wall alike, where the dissertation has 4 % and 5 %
     assert max(m.density for m in moments) < 0.005
     refined = [
-        channel.flow(KIND, channel.thin_scene(KIND, n, support, "wendland_c2"))
+        channel.flow(KIND, channel.thin_scene(KIND, n, support))
         for support, n in channel.REFINEMENT
     ]
     largest = np.array([max(m.rms for m in run) for run in refined])
@@ -43,7 +43,7 @@ def test_as_published_within_one_per_cent() -> None:
 
 def test_the_floor_is_the_viscosity_of_the_lattice() -> None:
     """Against the closed form with eta_eff, most of the error is gone."""
-    scene = channel.thin_scene(KIND, 31, 3.0, "wendland_c2")
+    scene = channel.thin_scene(KIND, 31, 3.0)
     plain = channel.flow(KIND, scene, (0.1, 0.2))
     known = channel.flow(KIND, scene, (0.1, 0.2), factor=scene.factors.viscosity)
     assert all(b.rms < 0.6 * a.rms for a, b in zip(plain, known, strict=True))
