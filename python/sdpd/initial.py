@@ -200,11 +200,11 @@ def _between_walls(scene: Scene, seed: int, threads: int) -> Array:
         shift = start.jitter * (2.0 * uniform - 1.0) * scene.spacing
         return _wrap(_reflected(points + shift, points, geometry), scene.box)
     assert isinstance(start, RandomStart)
+    if not start.relax:
+        return _uniform_between_walls(scene, seed)
     points = loading.quasi_random_sites(geometry, number)
     shift = (uniform - 0.5) * scene.spacing
     points = _reflected(_wrap(points + shift, scene.box), points, geometry)
-    if not start.relax:
-        raise ValueError("`start.relax` must be True between walls")
     assert start.relax_steps is not None
     arguments = scene.wall_arguments()
     for first in range(0, start.relax_steps, RELAX_SLICE):
@@ -220,6 +220,19 @@ def _between_walls(scene: Scene, seed: int, threads: int) -> Array:
             **arguments,
         )
     return _wrap(np.asarray(points), scene.box)
+
+
+def _uniform_between_walls(scene: Scene, seed: int) -> Array:
+    """The first of a sequence of independent points of the box that lie in the fluid."""
+    geometry, lengths = scene.geometry, np.asarray(scene.box.lengths)
+    number = scene.n_particles
+    drawn = int(1.1 * number * scene.box.volume / geometry.volume) + 64
+    while True:
+        points = _uniform(seed, drawn, scene.dimension) * lengths
+        points = points[geometry.distance(points) > 0.0]
+        if len(points) >= number:
+            return np.asarray(points[:number])
+        drawn *= 2
 
 
 def _reflected(points: Array, instead: Array, geometry: Geometry) -> Array:

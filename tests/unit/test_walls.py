@@ -217,6 +217,18 @@ def test_numbers_of_particles():
     assert (lattice.walls[0].distance(np.array(points), lattice.box) > 0.0).all()
 
 
+def test_independent_positions_between_walls():
+    scene = pipe_scene(start=sdpd.RandomStart(relax=False))
+    points = np.array(sdpd.Simulation(scene, seed=3, threads=1).positions)
+    phi = scene.walls[0].distance(points, scene.box)
+    assert phi.min() > 0.0
+    # uniform in the disc: half of the particles within R/sqrt(2) of the axis
+    share = (phi > 10.4 * (1.0 - math.sqrt(0.5))).mean()
+    assert abs(share - 0.5) < 4.5 * 0.5 / math.sqrt(len(points))
+    again = np.array(sdpd.Simulation(scene, seed=3, threads=1).positions)
+    assert np.array_equal(points, again)
+
+
 # --- files -----------------------------------------------------------------------------------
 
 
