@@ -320,7 +320,7 @@ fn curvature_weight<'py>(
     kernel: &str,
     dimension: usize,
     q: PyReadonlyArray1<'py, f64>,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<Pair1<'py>> {
     check_dimension(dimension)?;
     let weight = CurvatureWeight::named(kernel, dimension)
         .ok_or_else(|| invalid(format!("`kernel` must be a kernel, got {kernel:?}")))?;
