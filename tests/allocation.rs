@@ -8,6 +8,7 @@ use sdpd::observe::{Correlator, Currents, Parts, StressCorrelator};
 use sdpd::registry::Combination;
 use sdpd::relax::{normal_velocities, uniform_positions};
 use sdpd::simulation::{Engine, Settings};
+use sdpd::wall::WallSettings;
 
 struct Counting;
 
@@ -29,7 +30,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-fn engine(integrator: &str, threads: usize) -> Engine {
+fn engine(integrator: &str, threads: usize, walls: bool) -> Engine {
     let (n, edge) = (1728, 12.0);
     let settings = Settings {
         combination: Combination {
@@ -53,6 +54,8 @@ fn engine(integrator: &str, threads: usize) -> Engine {
         skin: None,
         flow_speed: 0.0,
         threads,
+        periodic: vec![true, !walls, !walls],
+        walls: if walls { duct(edge) } else { Vec::new() },
     };
     let mut engine = Engine::new(n, &settings).unwrap();
     let positions = uniform_positions(n, 3, 5);
@@ -72,6 +75,19 @@ fn allocations(engine: &mut Engine, steps: u64) -> usize {
     let before = COUNT.load(Ordering::Relaxed);
     engine.run(steps, 1e-6).unwrap();
     COUNT.load(Ordering::Relaxed) - before
+}
+
+/// Four planes along x, with corners.
+fn duct(edge: f64) -> Vec<WallSettings> {
+    let plane = |axis: usize, at: f64, side: f64| {
+        let mut numbers = vec![0.0; 10];
+        numbers[axis] = at;
+        numbers[3 + axis] = side;
+        ("plane".to_string(), numbers)
+    };
+    (1..3)
+        .flat_map(|axis| [plane(axis, 0.0, 1.0), plane(axis, edge, -1.0)])
+        .collect()
 }
 
 /// Everything that measures inside the loop, at every step.
@@ -97,17 +113,19 @@ fn a_step_allocates_nothing() {
         ("pair_splitting", true),
     ] {
         for threads in [1, 2] {
-            let mut engine = engine(integrator, threads);
-            if observed {
-                attach_correlators(&mut engine);
+            for walls in [false, true] {
+                let mut engine = engine(integrator, threads, walls);
+                if observed {
+                    attach_correlators(&mut engine);
+                }
+                let few = allocations(&mut engine, 10);
+                let many = allocations(&mut engine, 110);
+                // Entering the pool may cost a handful per run; 100 more steps must cost nothing.
+                assert!(
+                    many <= few + 4,
+                    "{integrator} on {threads} threads, observed: {observed}, walls: {walls}: {few} allocations in 10 steps, {many} in 110"
+                );
             }
-            let few = allocations(&mut engine, 10);
-            let many = allocations(&mut engine, 110);
-            // Entering the pool may cost a handful per run; 100 more steps must cost nothing.
-            assert!(
-                many <= few + 4,
-                "{integrator} on {threads} threads, observed: {observed}: {few} allocations in 10 steps, {many} in 110"
-            );
         }
     }
 }

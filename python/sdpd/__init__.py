@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from sdpd import discretization, fluids, kernels, timestep
+from sdpd import discretization, fluids, kernels, timestep, walls
 from sdpd import equations_of_state as eos
 from sdpd.box import Box
 from sdpd.cost import Cost
@@ -28,6 +28,7 @@ from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.regime import Regime
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
+from sdpd.walls import Cylinder, Plane, Sphere
 
 if TYPE_CHECKING:
     from sdpd import analysis, h5md, interop, simulation
@@ -37,9 +38,11 @@ if TYPE_CHECKING:
         Correlator,
         CurrentCorrelator,
         Observer,
+        Profile,
         Stress,
         StressCorrelator,
         Thermodynamics,
+        WallForces,
     )
     from sdpd.simulation import Simulation
 
@@ -51,6 +54,7 @@ __all__ = [
     "Correlator",
     "Cost",
     "CurrentCorrelator",
+    "Cylinder",
     "DiscreteFactors",
     "Effects",
     "Fluid",
@@ -58,6 +62,8 @@ __all__ = [
     "Observer",
     "PairSplitting",
     "PairingWarning",
+    "Plane",
+    "Profile",
     "RandomStart",
     "Regime",
     "Resolution",
@@ -67,6 +73,7 @@ __all__ = [
     "Simulation",
     "SimulationError",
     "SinusoidalForce",
+    "Sphere",
     "Stress",
     "StressCorrelator",
     "Thermodynamics",
@@ -74,6 +81,7 @@ __all__ = [
     "Trajectory",
     "UniformForce",
     "VelocityVerlet",
+    "WallForces",
     "analysis",
     "discretization",
     "eos",
@@ -84,11 +92,14 @@ __all__ = [
     "load",
     "simulation",
     "timestep",
+    "walls",
 ]
 
 # Loaded on first use, so that `import sdpd` costs NumPy and little more. Name -> module, attribute.
 _LAZY: dict[str, tuple[str, str | None]] = {
     "Correlator": ("sdpd.observers", "Correlator"),
+    "Profile": ("sdpd.observers", "Profile"),
+    "WallForces": ("sdpd.observers", "WallForces"),
     "CurrentCorrelator": ("sdpd.observers", "CurrentCorrelator"),
     "Observer": ("sdpd.observers", "Observer"),
     "Simulation": ("sdpd.simulation", "Simulation"),
@@ -105,6 +116,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "interop": ("sdpd.interop", None),
     "load": ("sdpd.checkpoint", "load"),
     "observers": ("sdpd.observers", None),
+    "scenes": ("sdpd.scenes", None),
     "simulation": ("sdpd.simulation", None),
 }
 

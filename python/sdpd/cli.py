@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from sdpd.errors import SdpdWarning, SimulationError
 
 if TYPE_CHECKING:
+    from sdpd.observers import Profile, WallForces
     from sdpd.scene import Scene
 
 __all__ = ["main"]
@@ -148,17 +149,46 @@ def _run(options: argparse.Namespace) -> int:
     )
     thermo = Thermodynamics(every=options.every)
     trajectory = h5md.Trajectory(folder / "trajectory.h5md", every=options.every)
+    at_walls = _wall_observers(scene, options.every)
     simulation.run(
         steps=options.steps,
         time=options.time,
-        observe=[thermo, trajectory],
+        observe=[thermo, trajectory, *at_walls.values()],
         progress=False if options.no_progress else None,
     )
     thermo.to_csv(folder / "thermodynamics.csv")
+    for name, observer in at_walls.items():
+        observer.to_csv(folder / name)
     simulation.save(folder / "final.sdpd")
     print(simulation)
-    names = ("trajectory.h5md", "thermodynamics.csv", "final.sdpd")
+    names = ("trajectory.h5md", "thermodynamics.csv", *at_walls, "final.sdpd")
     print("written: " + ", ".join(str(folder / name) for name in names))
+    return OK
+
+
+def _wall_observers(scene: Scene, every: int) -> dict[str, WallForces | Profile]:
+    """Forces on walls, and a profile from wall to wall: names of files and what goes there."""
+    from sdpd.box import AXES
+    from sdpd.observers import Profile, WallForces
+
+    if not scene.walls:
+        return {}
+    found: dict[str, WallForces | Profile] = {"wall_forces.csv": WallForces(every=every)}
+    for axis, length in zip(AXES, scene.box.lengths, strict=False):
+        if axis not in scene.box.periodic_axes:
+            bins = max(1, round(length / scene.spacing))
+            found[f"profile_{axis}.csv"] = Profile(axis=axis, bins=bins, every=every)
+    return found
+
+
+def _scenes(options: argparse.Namespace) -> int:
+    from sdpd import scenes
+    from sdpd.units import table
+
+    if options.name is not None:
+        print(scenes.text(options.name), end="")
+        return OK
+    print(table([[name, scenes.describe(name)] for name in scenes.names()]))
     return OK
 
 
@@ -194,8 +224,12 @@ def _version(options: argparse.Namespace) -> int:
 
 
 def _scene(path: str) -> Scene:
+    """From a file, or a ready one by its name."""
+    from sdpd import scenes
     from sdpd.scene import Scene
 
+    if not Path(path).exists() and path in scenes.names():
+        return scenes.load(path)
     return Scene.from_toml(Path(path))
 
 
@@ -228,11 +262,15 @@ def _parser() -> argparse.ArgumentParser:
     ):
         command = commands.add_parser(name, help=text, description=text)
         command.set_defaults(run=run)
-        command.add_argument("scene", metavar="SCENE.toml")
+        command.add_argument("scene", metavar="SCENE", help="a TOML file or a ready scene")
         if name != "regime":
             command.add_argument("--integrator", help="pair_splitting or velocity_verlet")
         if name == "run":
             _run_options(command)
+    text = "ready scenes for `sdpd run NAME`; with a name, its file"
+    command = commands.add_parser("scenes", help=text, description=text)
+    command.add_argument("name", nargs="?", metavar="NAME")
+    command.set_defaults(run=_scenes)
     text = "lattice factors of every kernel and support"
     command = commands.add_parser("kernels", help=text, description=text)
     command.add_argument("--dimension", type=int, choices=(2, 3), default=3)

@@ -17,8 +17,18 @@ TABLES = {
     "observers": "| `StressCorrelator(parts=True)` |",
     "noise": "| excess kurtosis of the velocity components |",
     "performance": "| pair splitting | 1 | 2.000 |",
+    "poiseuille": "| 0.05 s |",
+    "couette": "| 1.00 s |",
+    "wall_equilibrium": "| slab | ",
 }
-FIGURES = {"discrete_factors", "default_kernel", "delivered_viscosity", "verlet_temperature"}
+FIGURES = {
+    "couette",
+    "default_kernel",
+    "delivered_viscosity",
+    "discrete_factors",
+    "poiseuille",
+    "verlet_temperature",
+}
 
 
 @pytest.fixture
@@ -26,7 +36,7 @@ def script(monkeypatch):
     before = set(sys.modules)
     monkeypatch.syspath_prepend(str(SCRIPTS))
     yield importlib.import_module
-    for name in {"report", *TABLES} & (set(sys.modules) - before):
+    for name in {"channel", "report", *TABLES} & (set(sys.modules) - before):
         del sys.modules[name]
 
 

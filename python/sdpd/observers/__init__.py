@@ -6,8 +6,10 @@ from .base import LoopObserver, Observer, check_observers
 from .correlator import Correlator
 from .currents import CurrentCorrelator
 from .lagged import LaggedObserver
+from .profile import Profile
 from .stress import Stress, StressCorrelator
 from .thermodynamics import Thermodynamics
+from .wall_forces import WallForces
 
 __all__ = [
     "Correlator",
@@ -15,8 +17,10 @@ __all__ = [
     "LaggedObserver",
     "LoopObserver",
     "Observer",
+    "Profile",
     "Stress",
     "StressCorrelator",
     "Thermodynamics",
+    "WallForces",
     "check_observers",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +65,8 @@ class Stress(LoopObserver):
     >>> stress.total.shape, stress.data["step"].tolist()
     ((3, 3, 3), [10, 15, 20])
     """
+
+    between_walls: ClassVar[bool] = False
 
     def __init__(self, *, every: int | None = None) -> None:
         super().__init__(every=every)
@@ -167,6 +169,8 @@ class StressCorrelator(LaggedObserver):
     >>> stress.increments("shear", n_blocks=8).lag.size
     6
     """
+
+    between_walls: ClassVar[bool] = False
 
     def __init__(
         self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .channel_flow import couette_velocity, pipe_velocity, poiseuille_velocity
 from .density import (
     DensityTheory,
     cell_count_variance,
@@ -22,6 +23,7 @@ __all__ = [
     "HydrodynamicTheory",
     "cell_count_variance",
     "cell_variances",
+    "couette_velocity",
     "finite_size_diffusion",
     "friction_coefficients",
     "friction_integral",
@@ -29,6 +31,8 @@ __all__ = [
     "kernel_square_integral",
     "kernel_transform",
     "pairing_limit",
+    "pipe_velocity",
+    "poiseuille_velocity",
     "reduced_equation_of_state",
     "stiffness_slope",
     "vacf_tail",
