@@ -83,6 +83,7 @@ pub fn relax<const D: usize>(
             cell,
             silent,
             key,
+            None,
         );
         let square = |f: &[f64; 4]| f[..D].iter().map(|x| x * x).sum::<f64>();
         let largest = particles

@@ -14,6 +14,7 @@ use crate::observe::{Observer, View};
 use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
 use crate::state::Particles;
+use crate::sweep::Tally;
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
 
@@ -65,7 +66,7 @@ pub struct Moved {
     speed: f64,
 }
 
-/// Time spent, in seconds, by phase.
+/// How often lists were renewed.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Counters {
     /// Grid renewals.
@@ -98,6 +99,8 @@ pub struct Engine {
     pub step: u64,
     /// How often lists were renewed.
     pub counters: Counters,
+    /// Stress of the particles, where an observer wants it.
+    pub tally: Option<Tally>,
     observers: Vec<Arc<Mutex<dyn Observer>>>,
     body_force: BodyForce,
     skin: f64,
@@ -254,6 +257,7 @@ impl Engine {
             seed: settings.seed,
             step: 0,
             counters: Counters::default(),
+            tally: None,
             observers: Vec::new(),
             skin,
             margin,
@@ -292,11 +296,17 @@ impl Engine {
     /// Attaches an observer.
     pub fn attach(&mut self, observer: Arc<Mutex<dyn Observer>>) {
         self.observers.push(observer);
+        let mut stress = false;
+        self.each_observer(|observer| stress |= observer.needs_stress());
+        if stress && self.tally.is_none() {
+            self.tally = Some(Tally::new(self.particles.len(), self.grid.block_count()));
+        }
     }
 
     /// Detaches all observers.
     pub fn detach_all(&mut self) {
         self.observers.clear();
+        self.tally = None;
     }
 
     /// Puts particle of row `row` somewhere else: position and velocity in reduced units. Call
@@ -496,6 +506,9 @@ impl Engine {
 
     /// v += t f, body force included.
     pub(crate) fn kick(&mut self, t: f64) {
+        if let Some(tally) = &mut self.tally {
+            tally.kick(t);
+        }
         let (cell, body) = (self.cell, self.body_force);
         let particles = &mut self.particles;
         let velocity = particles.velocity.par_iter_mut().with_min_len(GRAIN);
@@ -536,6 +549,9 @@ impl Engine {
 
     /// force += drag; if `again`, the velocities follow and the next difference is prepared.
     pub(crate) fn add_drag(&mut self, t: f64, again: bool) {
+        if let Some(tally) = &mut self.tally {
+            tally.correct(if again { t } else { 0.0 });
+        }
         let particles = &mut self.particles;
         particles
             .force
@@ -616,18 +632,20 @@ impl Engine {
     }
 
     /// Shows the state after a step to the observers whose turn it is.
-    pub(crate) fn observe(&mut self, _: f64) {
+    pub(crate) fn observe(&mut self, dt: f64) {
         if self.observers.is_empty() {
             return;
         }
         let view = View {
             step: self.step,
             time: self.time(),
+            dt,
             dimension: self.dimension,
             units: &self.units,
             cell: &self.cell,
             particles: &self.particles,
             eos: self.eos.as_ref(),
+            tally: self.tally.as_ref(),
         };
         self.each_observer(|observer| {
             if self.step.is_multiple_of(observer.every()) {

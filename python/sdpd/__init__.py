@@ -33,7 +33,14 @@ if TYPE_CHECKING:
     from sdpd import analysis, h5md, interop, simulation
     from sdpd.checkpoint import load
     from sdpd.h5md import Trajectory
-    from sdpd.observers import Correlator, Observer, Thermodynamics
+    from sdpd.observers import (
+        Correlator,
+        CurrentCorrelator,
+        Observer,
+        Stress,
+        StressCorrelator,
+        Thermodynamics,
+    )
     from sdpd.simulation import Simulation
 
 __version__: str
@@ -43,6 +50,7 @@ __all__ = [
     "CheckpointError",
     "Correlator",
     "Cost",
+    "CurrentCorrelator",
     "DiscreteFactors",
     "Effects",
     "Fluid",
@@ -59,6 +67,8 @@ __all__ = [
     "Simulation",
     "SimulationError",
     "SinusoidalForce",
+    "Stress",
+    "StressCorrelator",
     "Thermodynamics",
     "TimeStepWarning",
     "Trajectory",
@@ -79,8 +89,11 @@ __all__ = [
 # Loaded on first use, so that `import sdpd` costs NumPy and little more. Name -> module, attribute.
 _LAZY: dict[str, tuple[str, str | None]] = {
     "Correlator": ("sdpd.observers", "Correlator"),
+    "CurrentCorrelator": ("sdpd.observers", "CurrentCorrelator"),
     "Observer": ("sdpd.observers", "Observer"),
     "Simulation": ("sdpd.simulation", "Simulation"),
+    "Stress": ("sdpd.observers", "Stress"),
+    "StressCorrelator": ("sdpd.observers", "StressCorrelator"),
     "Thermodynamics": ("sdpd.observers", "Thermodynamics"),
     "Trajectory": ("sdpd.h5md", "Trajectory"),
     "analysis": ("sdpd.analysis", None),

@@ -81,19 +81,19 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
         particles.scratch.clone(),
     );
     let mut parts = ForceParts::default();
-    pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key);
+    pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key, None);
     parts.conservative.clone_from(&particles.force);
     particles.drag.resize(particles.len(), [0.0; 4]);
     particles.drag.fill([0.0; 4]);
     particles.scratch.clone_from(&particles.velocity);
     if F::ON {
-        drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key);
+        drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, None);
     }
     parts.dissipative.clone_from(&particles.drag);
     particles.scratch.fill([0.0; 4]);
     particles.drag.fill([0.0; 4]);
     if V::ON {
-        drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key);
+        drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, None);
     }
     parts.random.clone_from(&particles.drag);
     (particles.force, particles.drag, particles.scratch) = saved;
@@ -126,5 +126,8 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
 /// Moves the particles and brings the lists up to date.
 pub(crate) fn drift<const D: usize>(engine: &mut Engine, dt: f64, shuffle: bool) -> Result<()> {
     let moved = engine.move_particles(dt)?;
+    if let Some(tally) = &mut engine.tally {
+        tally.drift(dt, &engine.particles.velocity);
+    }
     engine.keep_lists::<D>(moved, shuffle)
 }

@@ -33,9 +33,18 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             grid,
             list,
             cell,
+            tally,
             ..
         } = engine;
-        pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key);
+        pair_forces::<K, Frictionless, Silent, D>(
+            particles,
+            grid,
+            list,
+            cell,
+            kick,
+            key,
+            tally.as_mut(),
+        );
     }
 
     /// Half a step of drag and noise; `started` is the step at whose start it belongs.
@@ -51,9 +60,19 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             grid,
             list,
             cell,
+            tally,
             ..
         } = engine;
-        exchange::<K, F, V, D>(particles, grid, list, cell, process, key, direction);
+        exchange::<K, F, V, D>(
+            particles,
+            grid,
+            list,
+            cell,
+            process,
+            key,
+            direction,
+            tally.as_mut(),
+        );
     }
 }
 

@@ -40,9 +40,10 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
             grid,
             list,
             cell,
+            tally,
             ..
         } = engine;
-        pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key);
+        pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, tally.as_mut());
     }
 
     /// Velocities have just been changed by half a kick: lets the drag follow.
@@ -59,9 +60,10 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
                 grid,
                 list,
                 cell,
+                tally,
                 ..
             } = engine;
-            drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key);
+            drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, tally.as_mut());
             let last = pass + 1 == self.iterations;
             engine.add_drag(0.5 * dt, !last);
         }

@@ -1,14 +1,23 @@
 //! Observers: what is measured inside the loop, without a step of Python.
 
 mod correlator;
+mod currents;
+mod lags;
+mod stress;
+mod stress_correlator;
 mod thermodynamics;
 
-pub use correlator::Correlator;
+pub use correlator::{COLUMNS as CORRELATOR_COLUMNS, Correlator};
+pub use currents::{COLUMNS as CURRENT_COLUMNS, Currents};
+pub use lags::{BlockedSums, Lags};
+pub use stress::Stress;
+pub use stress_correlator::{COLUMNS as STRESS_COLUMNS, StressCorrelator};
 pub use thermodynamics::Thermodynamics;
 
 use crate::domain::PeriodicBox;
 use crate::eos::EquationOfState;
 use crate::state::Particles;
+use crate::sweep::Tally;
 use crate::units::Units;
 
 /// What an observer sees after a step.
@@ -17,6 +26,8 @@ pub struct View<'a> {
     pub step: u64,
     /// Simulated time in the user's units.
     pub time: f64,
+    /// The time step in reduced units.
+    pub dt: f64,
     /// D.
     pub dimension: usize,
     /// Reduced units.
@@ -27,12 +38,25 @@ pub struct View<'a> {
     pub particles: &'a Particles,
     /// Equation of state, in the user's units.
     pub eos: &'a dyn EquationOfState,
+    /// Stress, if an observer asked for it.
+    pub tally: Option<&'a Tally>,
+}
+
+impl View<'_> {
+    /// Volume of the box in reduced units.
+    pub fn volume(&self) -> f64 {
+        self.cell.edges[..self.dimension].iter().product()
+    }
 }
 
 /// Something that samples the state every so many steps.
 pub trait Observer: Send {
     /// Steps between samples, >= 1.
     fn every(&self) -> u64;
+    /// Must the loop keep the stress?
+    fn needs_stress(&self) -> bool {
+        false
+    }
     /// Takes one sample.
     fn sample(&mut self, view: &View);
     /// Remembers where it stands: a run begins.

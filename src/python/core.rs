@@ -1,19 +1,20 @@
 //! One simulation as Python sees it: the engine behind a lock, and arrays shared with NumPy.
 
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
-use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use super::arrays::Column;
 use super::errors::to_python;
-use super::observers::{CorrelatorHandle, ThermodynamicsHandle};
+use super::observers::{
+    CorrelatorHandle, CurrentsHandle, StressCorrelatorHandle, StressHandle, ThermodynamicsHandle,
+};
 use crate::effect::AccelerationField;
 use crate::neighbor::ROUNDS;
-use crate::observe::{Correlator, Thermodynamics};
 use crate::registry::Combination;
 use crate::simulation::{Clock, Engine, Settings};
 
@@ -504,12 +505,12 @@ impl Core {
 
     /// Samples temperatures, energies, momentum, densities and pressure every `every` steps.
     fn attach_thermodynamics(&self, every: u64) -> PyResult<ThermodynamicsHandle> {
-        let shared = Arc::new(Mutex::new(Thermodynamics::new(every, self.dimension)));
-        self.lock()?.attach(shared.clone());
-        Ok(ThermodynamicsHandle {
-            shared,
-            dimension: self.dimension,
-        })
+        ThermodynamicsHandle::attach(&mut *self.lock()?, every)
+    }
+
+    /// Samples the pressure tensor by part, as means over `every` steps.
+    fn attach_stress(&self, every: u64) -> PyResult<StressHandle> {
+        StressHandle::attach(&mut *self.lock()?, every)
     }
 
     /// Correlates positions and velocities every `every` steps on `levels` levels of `points` lags.
@@ -519,16 +520,28 @@ impl Core {
         points: usize,
         levels: usize,
     ) -> PyResult<CorrelatorHandle> {
-        let correlator = Correlator::new(every, self.dimension, points, levels, self.n);
-        let Some(correlator) = correlator else {
-            return Err(PyMemoryError::new_err(format!(
-                "a correlator of {points} points on {levels} levels for {} particles does not fit in memory (48 bytes each)",
-                self.n
-            )));
-        };
-        let shared = Arc::new(Mutex::new(correlator));
-        self.lock()?.attach(shared.clone());
-        Ok(CorrelatorHandle { shared })
+        CorrelatorHandle::attach(&mut *self.lock()?, every, points, levels)
+    }
+
+    /// Correlates the stress likewise.
+    fn attach_stress_correlator(
+        &self,
+        every: u64,
+        points: usize,
+        levels: usize,
+    ) -> PyResult<StressCorrelatorHandle> {
+        StressCorrelatorHandle::attach(&mut *self.lock()?, every, points, levels)
+    }
+
+    /// Correlates density and current at integer wave vectors likewise.
+    fn attach_currents(
+        &self,
+        every: u64,
+        wave_vectors: Vec<Vec<i32>>,
+        points: usize,
+        levels: usize,
+    ) -> PyResult<CurrentsHandle> {
+        CurrentsHandle::attach(&mut *self.lock()?, every, &wave_vectors, points, levels)
     }
 
     /// Detaches all observers; their handles stay readable.

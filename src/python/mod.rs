@@ -14,6 +14,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<core::Core>()?;
     module.add_class::<observers::CorrelatorHandle>()?;
+    module.add_class::<observers::CurrentsHandle>()?;
+    module.add_class::<observers::StressCorrelatorHandle>()?;
+    module.add_class::<observers::StressHandle>()?;
     module.add_class::<observers::ThermodynamicsHandle>()?;
     functions::register(module)
 }

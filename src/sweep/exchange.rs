@@ -4,6 +4,7 @@
 
 use std::marker::PhantomData;
 
+use super::tally::{Exchanged, PartLanes, Tally};
 use super::{CHUNK, Shared, Task, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -45,6 +46,8 @@ struct ExchangeTask<'a, K, F, V, const D: usize> {
     key: SweepKey,
     direction: Direction,
     round: usize,
+    number: u32,
+    tally: Option<Shared<'a, Exchanged>>,
     form: PhantomData<(K, F, V)>,
 }
 
@@ -108,6 +111,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
         lanes: &mut Lanes,
         mut next: impl FnMut(usize) -> I,
     ) {
+        let mut virial = self.tally.map(|_| (PartLanes::new(), Exchanged::default()));
         loop {
             let (mut count, mut finished) = (0, false);
             while CHUNK - count >= 16 && !finished {
@@ -116,12 +120,46 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
                 count = self.gather(lanes, count, pairs);
             }
             self.compute(lanes, count);
-            for k in 0..count {
-                self.update(lanes, k);
+            match &mut virial {
+                None => {
+                    for k in 0..count {
+                        self.update(lanes, k);
+                    }
+                }
+                Some((parts, sum)) => {
+                    for k in 0..count {
+                        let change = self.update(lanes, k);
+                        Self::keep(lanes, k, change, parts);
+                    }
+                    parts.add_to::<D>(sum, &lanes.r, count);
+                }
             }
             if finished {
-                return;
+                break;
             }
+        }
+        if let (Some(tally), Some((_, sum))) = (self.tally, virial) {
+            // SAFETY: this block's own number.
+            let all = unsafe { tally.slot(self.number) };
+            for (all, part) in all.iter_mut().zip(&sum) {
+                for (all, term) in all.iter_mut().zip(part) {
+                    *all += term;
+                }
+            }
+        }
+    }
+
+    /// The drag and the random part of a change of velocity (unit mass: of momentum).
+    #[inline(always)]
+    fn keep(lanes: &Lanes, k: usize, change: [f64; 3], parts: &mut PartLanes) {
+        for a in 0..D {
+            let random = if F::CENTRAL {
+                lanes.noise[0][k] * lanes.r[a][k]
+            } else {
+                lanes.noise[a][k]
+            };
+            parts.parts[1][a][k] = change[a] - random;
+            parts.parts[2][a][k] = random;
         }
     }
 
@@ -161,9 +199,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
         }
     }
 
-    /// v_i += dv, v_j -= dv for one lane.
+    /// v_i += dv, v_j -= dv for one lane; returns dv.
     #[inline(always)]
-    fn update(&self, lanes: &Lanes, k: usize) {
+    fn update(&self, lanes: &Lanes, k: usize) -> [f64; 3] {
         let [i, j] = lanes.slots[k];
         // SAFETY: blocks of one colour share no particle, and i != j.
         let (v, w) = unsafe { (self.velocity.slot(i), self.velocity.slot(j)) };
@@ -175,6 +213,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
         if F::CENTRAL {
             along += lanes.noise[0][k];
         }
+        let mut change = [0.0; 3];
         for a in 0..D {
             let mut dv = along * lanes.r[a][k];
             if !F::CENTRAL {
@@ -182,7 +221,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
             }
             v[a] += dv;
             w[a] -= dv;
+            change[a] = dv;
         }
+        change
     }
 }
 
@@ -236,13 +277,15 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     exchange: Exchange,
     key: SweepKey,
     direction: Direction,
+    mut tally: Option<&mut Tally>,
 ) {
+    let sums = tally.as_deref_mut().map(Tally::begin);
     let velocity = Shared::new(&mut particles.velocity);
     let (position, id) = (&particles.position, &particles.id);
     let backward = direction == Direction::Backward;
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
-        for_each_block(grid, list, backward, |block| {
+        for_each_block(grid, list, backward, |number, block| {
             run_wide(ExchangeTask::<K, F, V, D> {
                 block,
                 cell,
@@ -253,8 +296,13 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
                 key,
                 direction,
                 round,
+                number,
+                tally: sums,
                 form: PhantomData,
             });
         });
+    }
+    if let Some(tally) = tally {
+        tally.keep_exchange();
     }
 }

@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 
+use super::tally::{Exchanged, PartLanes, Tally};
 use super::{CHUNK, Shared, Task, Walk, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -35,6 +36,8 @@ struct ForceTask<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
     force: Shared<'a, [f64; 4]>,
     kick: Kick,
     key: SweepKey,
+    number: u32,
+    tally: Option<Shared<'a, Exchanged>>,
     form: PhantomData<(K, F, V)>,
 }
 
@@ -157,6 +160,39 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         }
     }
 
+    /// Adds r (x) f by part to `sum`; the forces themselves are left as they are.
+    #[inline(always)]
+    fn add_virial(&self, lanes: &Lanes, count: usize, parts: &mut PartLanes, sum: &mut Exchanged) {
+        for k in 0..padded(count) {
+            let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
+            let r2 = lanes.r2[k];
+            let slope = K::f::<D>(r2.sqrt());
+            if CONSERVATIVE {
+                for a in 0..D {
+                    parts.parts[0][a][k] = lanes.pressure[k] * slope * r[a];
+                }
+            }
+            if F::ON {
+                let weight = lanes.weight[k];
+                let inverse_r2 = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
+                let g = slope * (weight * weight);
+                let u = [lanes.u[0][k], lanes.u[1][k], lanes.u[2][k]];
+                let drag = self.kick.force::<F>(g, inverse_r2, r, u, [0.0; 3], false);
+                for a in 0..D {
+                    parts.parts[1][a][k] = drag[a];
+                }
+                if V::ON {
+                    let xi = [lanes.xi[0][k], lanes.xi[1][k], lanes.xi[2][k]];
+                    let noise = self.kick.force::<F>(g, inverse_r2, r, [0.0; 3], xi, true);
+                    for a in 0..D {
+                        parts.parts[2][a][k] = noise[a];
+                    }
+                }
+            }
+        }
+        parts.add_to::<D>(sum, &lanes.r, count);
+    }
+
     #[inline(always)]
     fn scatter(&self, lanes: &Lanes, count: usize) {
         let mut k = 0;
@@ -203,6 +239,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
             force: zero,
         };
         let mut walk = Walk::default();
+        let mut virial = self.tally.map(|_| (PartLanes::new(), Exchanged::default()));
         loop {
             let count = self.gather(&mut lanes, &mut walk);
             if V::ON {
@@ -210,14 +247,22 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
             }
             self.compute(&mut lanes, count);
             self.scatter(&lanes, count);
-            if walk.at_end(self.block) {
-                return;
+            if let Some((parts, sum)) = &mut virial {
+                self.add_virial(&lanes, count, parts, sum);
             }
+            if walk.at_end(self.block) {
+                break;
+            }
+        }
+        if let (Some(tally), Some((_, sum))) = (self.tally, virial) {
+            // SAFETY: this block's own number.
+            unsafe { *tally.slot(self.number) = sum };
         }
     }
 }
 
 /// Sets `force` to the sum of the conservative force and, where their types are on, drag and noise.
+#[allow(clippy::too_many_arguments)]
 pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
@@ -225,11 +270,13 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
+    mut tally: Option<&mut Tally>,
 ) {
+    let sums = tally.as_deref_mut().map(Tally::begin);
     particles.force.fill([0.0; 4]);
     let force = Shared::new(&mut particles.force);
     let (position, velocity, id) = (&particles.position, &particles.velocity, &particles.id);
-    for_each_block(grid, list, false, |block| {
+    for_each_block(grid, list, false, |number, block| {
         run_wide(ForceTask::<K, F, V, D, true> {
             block,
             cell,
@@ -239,14 +286,20 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
             force,
             kick,
             key,
+            number,
+            tally: sums,
             form: PhantomData,
         });
     });
+    if let Some(tally) = tally {
+        tally.keep_force();
+    }
 }
 
 /// Sets `drag` to drag and noise alone, where their types are on, with `particles.scratch` in the
 /// place of the velocities: the drag is linear in them, so a difference of velocities gives the
 /// difference of the forces.
+#[allow(clippy::too_many_arguments)]
 pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
@@ -254,11 +307,13 @@ pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
+    mut tally: Option<&mut Tally>,
 ) {
+    let sums = tally.as_deref_mut().map(Tally::begin);
     particles.drag.fill([0.0; 4]);
     let force = Shared::new(&mut particles.drag);
     let (position, velocity, id) = (&particles.position, &particles.scratch, &particles.id);
-    for_each_block(grid, list, false, |block| {
+    for_each_block(grid, list, false, |number, block| {
         run_wide(ForceTask::<K, F, V, D, false> {
             block,
             cell,
@@ -268,7 +323,12 @@ pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
             force,
             kick,
             key,
+            number,
+            tally: sums,
             form: PhantomData,
         });
     });
+    if let Some(tally) = tally {
+        tally.keep_correction();
+    }
 }

@@ -8,11 +8,13 @@
 mod density;
 mod exchange;
 mod force;
+mod tally;
 mod wide;
 
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
+pub use tally::{Tally, Tensor};
 pub use wide::{Task, run_wide};
 
 use std::marker::PhantomData;
@@ -60,12 +62,13 @@ impl<'a, T> Shared<'a, T> {
     }
 }
 
-/// Calls `work` for every block, colour by colour; in parallel where the pool has threads.
+/// Calls `work` for every block and its number, colour by colour; in parallel where the pool has
+/// threads.
 pub(crate) fn for_each_block(
     grid: &Grid,
     list: &PairList,
     reverse: bool,
-    work: impl Fn(&BlockList) + Sync,
+    work: impl Fn(u32, &BlockList) + Sync,
 ) {
     let parallel = rayon::current_num_threads() > 1;
     let colour_work = |colour: &Vec<u32>| {
@@ -73,9 +76,11 @@ pub(crate) fn for_each_block(
             colour
                 .par_iter()
                 .with_max_len(1)
-                .for_each(|&b| work(&list.blocks[b as usize]));
+                .for_each(|&b| work(b, &list.blocks[b as usize]));
         } else {
-            colour.iter().for_each(|&b| work(&list.blocks[b as usize]));
+            colour
+                .iter()
+                .for_each(|&b| work(b, &list.blocks[b as usize]));
         }
     };
     if reverse {

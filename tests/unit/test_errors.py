@@ -131,7 +131,7 @@ RUNNING = [
         TypeError,
         (
             "`observe[0]` must be an observer, e.g. sdpd.Thermodynamics(), got <class "
-            "'sdpd.observers.Thermodynamics'> of type type"
+            "'sdpd.observers.thermodynamics.Thermodynamics'> of type type"
         ),
     ),
     (

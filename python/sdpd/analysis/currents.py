@@ -46,6 +46,8 @@ class CurrentCorrelations:
         ``<j_k(0)* j_k(t)>/N`` along k and per component across k [length^2/time^2], real part.
     cross : Correlation
         ``Im <rho_k(0)* j_k(t)>/N`` with the longitudinal current [length/time].
+    reversed_cross : Correlation
+        ``Im <j_k(0)* rho_k(t)>/N``; in equilibrium the same function.
     """
 
     wave_number: float
@@ -54,6 +56,7 @@ class CurrentCorrelations:
     longitudinal: Correlation
     transverse: Correlation
     cross: Correlation
+    reversed_cross: Correlation
 
 
 @dataclass(frozen=True)
@@ -276,6 +279,7 @@ def _by_shell(
             assemble(product_sums(along, along, plan).real, plan, dt, 1),
             assemble(product_sums(side, side, plan).real / others, plan, dt, others),
             assemble(product_sums(rho, along, plan).imag, plan, dt, 1),
+            assemble(product_sums(along, rho, plan).imag, plan, dt, 1),
         )
 
 

@@ -47,9 +47,10 @@ def velocity_verlet_step(state: Trajectory, iterations: int) -> Trajectory:
     return Trajectory(new.at(velocities=final), force, step)
 
 
-def exchange_sweep(system: System, order: Indices, step: int, draw: int, time: float) -> System:
-    """Exact Ornstein-Uhlenbeck update of each pair in `order` (M, 2), positions frozen."""
-    p: Pairs = system.geometry(order[:, 0], order[:, 1])
+def exchange_terms(
+    system: System, p: Pairs, step: int, draw: int, time: float
+) -> tuple[Array, Array, Array]:
+    """Decay of the relative velocity of pairs along and across, and its random change (n, D)."""
     a, b = system.across_along
     g = system.coupling(p)
     mass, variance = system.mass, system.thermal_energy / system.mass
@@ -65,6 +66,13 @@ def exchange_sweep(system: System, order: Indices, step: int, draw: int, time: f
         else:
             part = np.sum(p.unit * xi, axis=1, keepdims=True) * p.unit
             kick = sigma_along[:, None] * part + sigma_across[:, None] * (xi - part)
+    return along, across, kick
+
+
+def exchange_sweep(system: System, order: Indices, step: int, draw: int, time: float) -> System:
+    """Exact Ornstein-Uhlenbeck update of each pair in `order` (M, 2), positions frozen."""
+    p: Pairs = system.geometry(order[:, 0], order[:, 1])
+    along, across, kick = exchange_terms(system, p, step, draw, time)
     velocities = system.velocities.tolist()  # plain floats: faster one pair at a time
     rows = zip(
         order.tolist(),
