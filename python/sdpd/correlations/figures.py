@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sdpd.correlations.recorder import FUNCTIONS
 from sdpd.correlations.report import threshold
 
 if TYPE_CHECKING:
@@ -18,13 +19,19 @@ __all__ = ["plot", "plot_function", "write_figure"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # Okabe and Ito
 MARKERS = ("o", "s", "^", "D", "v", "P")
-SPANS = {"transverse": 3.0, "longitudinal": 9.0, "density": 9.0, "cross": 9.0, "reverse": 9.0}
+SPANS = {
+    "transverse": 3.0,
+    "longitudinal": 9.0,
+    "density": 9.0,
+    "cross": 9.0,
+    "reversed_cross": 9.0,
+}
 TITLES = {
     "transverse": "transverse current",
     "longitudinal": "longitudinal current",
     "density": "density",
     "cross": "density, then current",
-    "reverse": "current, then density",
+    "reversed_cross": "current, then density",
 }
 
 
@@ -46,7 +53,7 @@ def plot(study: Study, figure: Any = None) -> Any:
 
         figure = plt.figure(figsize=(12.0, 7.2), layout="constrained")
     panels = figure.subplots(2, 3).ravel()
-    for axes, name in zip(panels[:4], ("transverse", "longitudinal", "density", "cross")):
+    for axes, name in zip(panels, FUNCTIONS[:4], strict=False):
         plot_function(study, name, axes)
     panels[0].legend(fontsize=8)
     _parameters(study, panels[4])
@@ -86,7 +93,7 @@ def plot_function(study: Study, name: str, axes: Any, *, span: float | None = No
     Parameters
     ----------
     study : Study
-    name : {"transverse", "longitudinal", "density", "cross", "reverse"}
+    name : {"transverse", "longitudinal", "density", "cross", "reversed_cross"}
     axes : matplotlib Axes
     span : float, optional
         Where the reduced time ends [1].

@@ -38,14 +38,14 @@ class Plan:
     runs : int
         Number of runs, >= 1, with seeds of their own.
     blocks : int
-        Blocks of a run behind the standard errors, >= 1; `runs` times `blocks` is at least 8.
+        Blocks of a run behind the standard errors, >= 2; `runs` times `blocks` is at least 8.
     steps : int
         Steps of a block, >= 1.
     every : int
         Steps between samples, >= 1.
     points, levels : int
-        Lags of the correlator: `points` at every sample, then half as many on each further level,
-        twice as far apart.
+        Lags of the correlator: `points`, even, at every sample, then half as many on each further
+        level, twice as far apart.
     """
 
     dt: float
@@ -61,7 +61,7 @@ class Plan:
         validation.positive("dt", self.dt)
         validation.integer("equilibration", self.equilibration, minimum=0)
         validation.integer("runs", self.runs, minimum=1)
-        validation.integer("blocks", self.blocks, minimum=1)
+        validation.integer("blocks", self.blocks, minimum=2)
         validation.integer("steps", self.steps, minimum=1)
         validation.integer("every", self.every, minimum=1)
         validation.integer("points", self.points, minimum=8)
@@ -85,8 +85,8 @@ class Plan:
     @property
     def longest_lag(self) -> float:
         """[time]."""
-        reach = (self.points - 1) * 2 ** (self.levels - 1)
-        return reach * self.every * self.dt
+        samples = (self.points - 1) * 2.0 ** (self.levels - 1)
+        return samples * self.every * self.dt
 
 
 def check_scene(scene: Scene) -> None:
@@ -119,14 +119,12 @@ def check_waves(scene: Scene, waves: Sequence[int] | None) -> tuple[int, ...]:
     most = int(shortest / (2.0 * scene.support_radius) * (1.0 + 1e-9))
     if waves is None:
         return tuple(number for number in WAVES if number <= most)
-    if isinstance(waves, str) or not isinstance(waves, Sequence):
-        raise TypeError(f"`waves` must be a sequence of integers, got {waves!r}")
-    if not waves:
-        raise ValueError("`waves` must not be empty")
     numbers = tuple(
         validation.integer(f"waves[{index}]", number, minimum=1)
         for index, number in enumerate(waves)
     )
+    if not numbers:
+        raise ValueError("`waves` must not be empty")
     if max(numbers) > most:
         raise ValueError(
             f"`waves` must be at most {most} here, so that a wave is two supports long, got "

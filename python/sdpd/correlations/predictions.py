@@ -128,13 +128,13 @@ class WavePrediction:
         return np.asarray(self.frequency * self._wave(time)[1])
 
     def function(self, name: str, time: ArrayLike) -> Array:
-        """One of the four by its name; "reverse" is the other order of "cross"."""
+        """One of the four by its name; "reversed_cross" is the other order of "cross"."""
         shapes = {
             "transverse": self.transverse,
             "density": self.density,
             "longitudinal": self.longitudinal,
             "cross": self.cross,
-            "reverse": self.cross,
+            "reversed_cross": self.cross,
         }
         return shapes[name](time)
 
@@ -160,8 +160,9 @@ class WavePrediction:
         """Two times at which a function says most, about a half and one decay or turn [time]."""
         if name == "transverse":
             return 0.5 / self.shear_rate, 1.0 / self.shear_rate
-        unit = math.pi / max(self.frequency, self.sound_rate)
-        return (0.25 * unit, 0.5 * unit) if name in ("cross", "reverse") else (0.5 * unit, unit)
+        turn = math.pi / max(self.frequency, self.sound_rate)
+        first = 0.25 if "cross" in name else 0.5
+        return first * turn, 2.0 * first * turn
 
     def _wave(self, time: ArrayLike) -> tuple[Array, Array]:
         t = np.asarray(time, dtype=np.float64)
@@ -169,14 +170,14 @@ class WavePrediction:
         return even, odd
 
 
-def wave_numbers(scene: Scene, waves: tuple[int, ...]) -> list[tuple[float, Array]]:
+def wave_numbers(scene: Scene, waves: tuple[int, ...]) -> list[tuple[float, NDArray[np.int64]]]:
     """|k| [1/length], ascending, and the integer vectors of that length, shape (K, D).
 
     They lie along the axes, `waves` wavelengths to an edge.
     """
     box = scene.box.lengths
     chosen = [(number / edge, axis, number) for number in waves for axis, edge in enumerate(box)]
-    found: list[tuple[float, list[Array]]] = []
+    found: list[tuple[float, list[NDArray[np.int64]]]] = []
     for inverse, axis, number in sorted(chosen):
         vector = number * np.eye(len(box), dtype=np.int64)[axis]
         if found and inverse <= found[-1][0] * (1.0 + 1e-9):

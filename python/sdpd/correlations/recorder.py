@@ -1,76 +1,41 @@
-"""What one run of the ensemble leaves behind: correlation functions and the friction in place."""
+"""What watches one run of the ensemble: the correlator of waves, and the friction in place."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import kernels
-from sdpd.analysis import Correlation, fourier_components
-from sdpd.analysis.correlation import assemble
-from sdpd.analysis.lagged_products import block_plan, product_sums
-from sdpd.observers import Observer
+from sdpd.observers import CurrentCorrelator, Observer
 
 if TYPE_CHECKING:
+    from sdpd.analysis import Correlation
     from sdpd.correlations.plan import Plan
     from sdpd.scene import Scene
     from sdpd.simulation import Simulation
 
-__all__ = ["FUNCTIONS", "FrictionSampler", "Recorder"]
+__all__ = ["FUNCTIONS", "FrictionSampler", "correlator", "functions"]
 
 Array = NDArray[np.float64]
 
-FUNCTIONS = ("transverse", "longitudinal", "density", "cross", "reverse")
+FUNCTIONS = ("transverse", "longitudinal", "density", "cross", "reversed_cross")
 
 
-class Recorder(Observer):
-    """Python form, for development."""
+def correlator(vectors: Sequence[NDArray[np.int64]], plan: Plan) -> CurrentCorrelator:
+    """Observer of the wave vectors of all wave numbers."""
+    return CurrentCorrelator(
+        np.concatenate(vectors), every=plan.every, points=plan.points, levels=plan.levels
+    )
 
-    may_write = False
 
-    def __init__(self, scene: Scene, vectors: list[Any], plan: Plan) -> None:
-        super().__init__(every=plan.every)
-        self._box = np.asarray(scene.box.lengths)
-        self._count = scene.n_particles
-        self._sizes = [len(group) for group in vectors]
-        self._vectors = np.concatenate(vectors)
-        self._plan = plan
-        self._rows: list[Any] = []
-
-    def sample(self, sim: Simulation) -> None:
-        """Add the present state."""
-        weights = np.concatenate([np.ones((self._count, 1)), sim.velocities], axis=1)
-        self._rows.append(fourier_components(sim.positions, self._box, self._vectors, weights)[0])
-
-    def functions(self) -> list[dict[str, Correlation]]:
-        """The five functions of each wave number."""
-        modes = np.array(self._rows) / self._count**0.5
-        k = self._vectors / self._box
-        unit = k / np.linalg.norm(k, axis=1)[:, None]
-        rho, current = modes[..., 0], modes[..., 1:]
-        along = np.einsum("tkc,kc->tk", current, unit)
-        across = current - along[..., None] * unit
-        plan = self._plan
-        lags = min(int(plan.longest_lag / plan.dt / plan.every), len(modes) // plan.blocks - 1)
-        found, start = [], 0
-        for size in self._sizes:
-            part = slice(start, start + size)
-            start += size
-            block = block_plan((len(modes), size), lags, max(plan.blocks, 2), "time")
-            dt, others = plan.dt * plan.every, across.shape[2] - 1
-            r, l, t = rho[:, part, None], along[:, part, None], across[:, part]
-            sums = {
-                "transverse": product_sums(t, t, block).real / others,
-                "longitudinal": product_sums(l, l, block).real,
-                "density": product_sums(r, r, block).real,
-                "cross": product_sums(r, l, block).imag,
-                "reverse": product_sums(l, r, block).imag,
-            }
-            found.append({name: assemble(s, block, dt, 1) for name, s in sums.items()})
-        return found
+def functions(recorded: CurrentCorrelator, plan: Plan) -> list[dict[str, Correlation]]:
+    """The five functions of each wave number, ascending."""
+    shells = recorded.correlations(n_blocks=plan.blocks)
+    return [{name: getattr(shell, name) for name in FUNCTIONS} for shell in shells]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,7 +59,7 @@ class FrictionSampler(Observer):
 
     may_write = False
 
-    def __init__(self, scene: Scene, vectors: list[Any], *, every: int) -> None:
+    def __init__(self, scene: Scene, vectors: Sequence[NDArray[np.int64]], *, every: int) -> None:
         super().__init__(every=every)
         self._scene = scene
         self._vectors = vectors
@@ -103,7 +68,7 @@ class FrictionSampler(Observer):
     @property
     def rates(self) -> Array:
         """Mean over the samples, shape (wave numbers, 2), across and along [1/time]."""
-        return np.mean(self._rows, axis=0)
+        return np.asarray(np.mean(self._rows, axis=0))
 
     def sample(self, sim: Simulation) -> None:
         """Add the present state."""
@@ -125,7 +90,7 @@ class FrictionSampler(Observer):
         d = sim.number_densities
         return _Pairs(separation=gap, friction=f / (d[i] * d[j]))
 
-    def _rate(self, pairs: _Pairs, group: Any) -> Array:
+    def _rate(self, pairs: _Pairs, group: NDArray[np.int64]) -> Array:
         scene = self._scene
         a, b, dimension = scene.friction_across, scene.friction_along, scene.dimension
         direction = pairs.separation**2 / np.sum(pairs.separation**2, axis=1)[:, None]

@@ -52,8 +52,8 @@ class Shell:
     vectors : ndarray of int, shape (K, D)
         The wave vectors averaged.
     functions : dict of str to Correlation
-        "transverse", "longitudinal" [length^2/time^2], "density" [1], "cross"
-        Im <rho_k(0)* j_k(t)> and "reverse" Im <j_k(0)* rho_k(t)> [length/time], per particle.
+        "transverse", "longitudinal" [length^2/time^2], "density" [1], "cross" Im <rho_k(0)* j_k(t)>
+        and "reversed_cross" Im <j_k(0)* rho_k(t)> [length/time], all per particle.
     friction : tuple of Estimate
         nu(k) and Gamma(k) by the friction among the particles where they are, at zero time step
         [length^2/time].
@@ -74,7 +74,7 @@ class Shell:
         index = FUNCTIONS.index(name)
 
         def values(mean: Array) -> Array:
-            return _normalize(mean.reshape(len(FUNCTIONS), -1))[index]
+            return np.asarray(_normalize(mean.reshape(len(FUNCTIONS), -1))[index])
 
         leave = np.array([values(row) for row in joined.leave_one_out()])
         count = joined.n_blocks

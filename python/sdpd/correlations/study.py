@@ -8,11 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sdpd import validation
+from sdpd.analysis import Correlation
 from sdpd.correlations.plan import Plan, check_scene, check_waves, plan_scene
 from sdpd.correlations.predictions import predict, wave_numbers
-from sdpd.correlations.recorder import FrictionSampler, Recorder
+from sdpd.correlations.recorder import FrictionSampler, correlator, functions
 from sdpd.correlations.results import Shell, assemble_shell, compare
 from sdpd.errors import TimeStepWarning
 from sdpd.fluctuations.results import Item, judge
@@ -123,9 +125,9 @@ def run_correlations(
     vectors = [group for _, group in groups]
     members, rates = [], []
     for run in range(chosen.runs):
-        recorder, friction = _run(scene, chosen, vectors, run_seed(seed, run), threads, progress)
-        members.append(recorder.functions())
-        rates.append(friction.rates)
+        found, friction = _run(scene, chosen, vectors, run_seed(seed, run), threads, progress)
+        members.append(found)
+        rates.append(friction)
     shells = tuple(
         assemble_shell(
             scene,
@@ -152,11 +154,12 @@ def run_correlations(
 def _run(
     scene: Scene,
     plan: Plan,
-    vectors: list[np.ndarray],
+    vectors: list[NDArray[np.int64]],
     seed: int,
     threads: int | None,
     progress: bool | None,
-) -> tuple[Recorder, FrictionSampler]:
+) -> tuple[list[dict[str, Correlation]], NDArray[np.float64]]:
+    """Functions of each wave number and friction in place, (wave numbers, 2), of one run."""
     from sdpd.simulation import Simulation
 
     with warnings.catch_warnings():  # a plan may exceed a bound that does not matter here
@@ -165,7 +168,7 @@ def _run(
             scene, integrator="pair_splitting", dt=plan.dt, seed=seed, threads=threads
         )
     simulation.run(steps=plan.equilibration, progress=progress)
-    recorder = Recorder(scene, vectors, plan)
+    recorder = correlator(vectors, plan)
     friction = FrictionSampler(scene, vectors, every=max(1, plan.run_steps // FRICTION_SAMPLES))
     simulation.run(steps=plan.run_steps, observe=[recorder, friction], progress=progress)
-    return recorder, friction
+    return functions(recorder, plan), friction.rates
