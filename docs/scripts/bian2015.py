@@ -101,9 +101,9 @@ def main(argv: Sequence[str] | None = None) -> None:
         "One standard error; $c_T=600$, $r_c=0.15$, his time step $1.4\\times10^{-5}$. Theory of "
         "the density: random-phase approximation at this time step.",
         _variance_table(sweep),
-        "Variance of the density of particles: over the random-phase approximation at the time step "
-        "(a quarter of the acoustic limit), itself, and over $1/X$, which is Landau–Lifshitz for a "
-        "cell of one particle (B 13); and the effective pressure less $c_T^2\\rho$.",
+        "Variance of the density of particles: over the random-phase approximation at the time "
+        "step (a quarter of the acoustic limit), itself, and over $1/X$, which is Landau–Lifshitz "
+        "for a cell of one particle (B 13); and the effective pressure less $c_T^2\\rho$.",
         _space_table(spaces),
         "Correlation coefficient of the density against distance, and theory in brackets.",
         _wave_table(studies),
@@ -200,7 +200,7 @@ def _statistics_table(found: Configurations, space: Space) -> str:
             "kurtosis of the velocity",
             "normal",
             _estimate(kurtosis, 4),
-            f"{3.0 * (1.0 - 1.0 / number) ** 0:.0f}",
+            "3",
             _z(kurtosis, 3.0),
         ],
         [
@@ -481,14 +481,14 @@ def _plot_structure(report: Report, found: Configurations) -> None:
 def _draw(study: Study, name: str, axes: Any, span: float) -> None:
     """Our theory as full lines, B 21 dashed, points."""
     plot_function(study, name, axes, span=span)
-    for index, (shell, line) in enumerate(zip(study.shells, axes.lines[::1], strict=False)):
+    for index, shell in enumerate(study.shells):
         theory = shell.prediction
         unit = theory.shear_rate if name == "transverse" else theory.frequency
         time = np.linspace(0.0, span / unit, 300)
         axes.plot(
             time * unit,
             published(study, index, name, time, 2.0 / 3.0),
-            color=line.get_color(),
+            color=COLOURS[index],
             linestyle="--",
             linewidth=0.8,
             zorder=1,
@@ -496,13 +496,13 @@ def _draw(study: Study, name: str, axes: Any, span: float) -> None:
 
 
 def _plot_waves(report: Report, study: Study) -> None:
-    figure, axes = subplots(5, width=14.0, height=2.9)
-    for panel, name in zip(axes, FUNCTIONS, strict=True):
-        _draw(study, name, panel, 3.0 if name == "transverse" else 9.0)
-    for panel in axes[1:]:
-        panel.set(ylabel="")
-    _legend(axes[0], study)
-    _figure(report, "waves", figure)
+    for figure_name, names, width in (("waves", FUNCTIONS[:3], 9.6), ("cross", FUNCTIONS[3:], 7.0)):
+        figure, axes = subplots(len(names), width=width, height=3.0)
+        for panel, name in zip(axes, names, strict=True):
+            _draw(study, name, panel, 3.0 if name == "transverse" else 9.0)
+        axes[-1].set(ylabel="")
+        _legend(axes[0], study)
+        _figure(report, figure_name, figure)
 
 
 def _plot_sound(report: Report, studies: dict[tuple[float, float], Study]) -> None:
