@@ -60,7 +60,7 @@ class Size:
 FULL = Size(
     box=2.0,
     waves=WAVES,
-    runs=50,
+    runs=24,
     statics=Length(runs=8, frames=40, gap=50, settle=1500),
     sweep=Length(runs=4, frames=20, gap=30, settle=800),
     speeds=(300.0, 600.0, 1200.0, 2400.0),

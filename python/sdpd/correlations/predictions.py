@@ -30,12 +30,14 @@ __all__ = ["WavePrediction", "predict", "wave_numbers"]
 
 Array = NDArray[np.float64]
 
-# What the rates leave out: the stress of moving particles and of the forces between them adds about
-# 3/eta* to the viscosity where eta* >> 1, and a fluid is neither a continuum nor a lattice.
-THERMAL_EXCESS = 3.0
-SMALLEST_ACCURACY = 0.02
-SPLITTING_ACCURACY = 0.3  # of the loss of the pair splitting
-SOUND_ACCURACY = 0.02
+# Accuracies, measured (docs/guide/correlations): of the continuum for the friction among the
+# particles, by the lattice's factor of the friction rate and the excess of the mean density; of
+# that friction for the viscosities, to which moving particles and the forces between them add up to
+# 1.5/eta*; of S(k) for the sound speed, which they raise.
+FRICTION = (0.02, 0.2, 2.0)
+VISCOSITY = (0.03, 1.5)
+SOUND = (0.02, 0.2)
+SPLITTING = 0.3  # of the loss of the pair splitting
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,28 +51,38 @@ class WavePrediction:
     structure_factor : float
         S(k) in the random-phase approximation at this time step [1].
     viscosity, damping : float
-        nu(k) and Gamma(k) as delivered at this time step [length^2/time].
+        nu(k) and Gamma(k) by the friction, as delivered at this time step [length^2/time].
+    delivered : float
+        Share of the friction that the pair splitting delivers at this time step [1].
     lattice_viscosity, lattice_damping : float
         The same where the particles sit on a lattice [length^2/time].
     sound_speed : float
         c(k) [length/time].
     sum_rule : float
         c(k)^2 m S(k)/(kB T); 1 but for the time step [1].
-    structure_accuracy, viscosity_accuracy, sound_accuracy : float
-        Relative accuracies of S(k), of both viscosities and of c(k) [1].
+    structure_accuracy, friction_accuracy, viscosity_accuracy, sound_accuracy : float
+        Relative accuracies of S(k); of the continuum for the friction; of the friction for what is
+        fitted, nu(k) and Gamma(k); and of c(k) [1].
     """
 
     wave_number: float
     structure_factor: float
     viscosity: float
     damping: float
+    delivered: float
     lattice_viscosity: float
     lattice_damping: float
     sound_speed: float
     sum_rule: float
     structure_accuracy: float
+    friction_accuracy: float
     viscosity_accuracy: float
     sound_accuracy: float
+
+    def with_friction(self, viscosity: float, damping: float) -> WavePrediction:
+        """The same wave with nu(k) and Gamma(k) of another friction, without a time step."""
+        kept = self.delivered
+        return replace(self, viscosity=kept * viscosity, damping=kept * damping)
 
     @property
     def shear_rate(self) -> float:
@@ -228,19 +240,21 @@ def predict(scene: Scene, wave_number: float, dt: float) -> WavePrediction:
     square = wave_number**2
     frequency = wave_number * scene.thermal_speed / math.sqrt(plain)
     moved = 2.0 / dt * math.asin(min(1.0, 0.5 * frequency * dt)) if dt > 0.0 else frequency
-    accuracy = max(SMALLEST_ACCURACY, 0.5 * abs(lattice[0] / transverse - 1.0))
+    reduced, excess = scene.reduced_viscosity, abs(density.bias)
     return WavePrediction(
         wave_number=wave_number,
         structure_factor=structure,
         viscosity=kept * transverse / square,
         damping=0.5 * kept * longitudinal / square,
+        delivered=kept,
         lattice_viscosity=kept * lattice[0] / square,
         lattice_damping=0.5 * kept * lattice[1] / square,
         sound_speed=moved / wave_number,
         sum_rule=structure * (moved / wave_number / scene.thermal_speed) ** 2,
         structure_accuracy=density.accuracy("structure"),
-        viscosity_accuracy=accuracy
-        + THERMAL_EXCESS / scene.reduced_viscosity
-        + SPLITTING_ACCURACY * loss,
-        sound_accuracy=SOUND_ACCURACY + 0.5 * density.accuracy("structure"),
+        friction_accuracy=FRICTION[0]
+        + FRICTION[1] * abs(1.0 - scene.factors.friction)
+        + FRICTION[2] * excess,
+        viscosity_accuracy=VISCOSITY[0] + VISCOSITY[1] / reduced + SPLITTING * loss,
+        sound_accuracy=SOUND[0] + SOUND[1] / reduced + 0.5 * density.accuracy("structure"),
     )

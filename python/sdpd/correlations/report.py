@@ -50,24 +50,24 @@ def _head(study: Study) -> str:
 
 def _fits(study: Study) -> str:
     """What was fitted, in the units of the scene."""
-    header = ["kh", "nu(k)", "theory", "lattice", "in place"]
-    header += ["c(k)", "theory", "Gamma(k)", "theory", "in place", "Gamma k/c"]
+    header = ["kh", "nu(k)", "in place", "continuum", "lattice"]
+    header += ["c(k)", "theory", "Gamma(k)", "in place", "continuum", "Gamma k/c"]
     lines = [header]
     for shell in study.shells:
-        theory, fit = shell.prediction, shell.fit
+        theory, placed, fit = shell.continuum, shell.prediction, shell.fit
         lines.append(
             [
                 f"{shell.wave_number * study.scene.support_radius:.2f}",
                 _shown(fit.viscosity),
+                f"{placed.viscosity:.4g}",
                 f"{theory.viscosity:.4g}",
                 f"{theory.lattice_viscosity:.4g}",
-                f"{shell.friction[0].value:.4g}",
                 _shown(fit.sound_speed),
                 f"{theory.sound_speed:.4g}",
                 _shown(fit.damping),
+                f"{placed.damping:.4g}",
                 f"{theory.damping:.4g}",
-                f"{shell.friction[1].value:.4g}",
-                f"{theory.sound_rate / theory.frequency:.2f}",
+                f"{placed.sound_rate / placed.frequency:.2f}",
             ]
         )
     widths = [max(len(line[k]) for line in lines) for k in range(len(header))]
@@ -81,11 +81,12 @@ def _shown(estimate: Estimate) -> str:
 
 def _notes(study: Study) -> str:
     about = (
-        "Theory: linearised hydrodynamics with the plane-wave rates of the pair friction in the "
-        "continuum at this dt, and c(k)^2 = kT/(m S(k)) with S(k) of the random-phase "
-        "approximation (RPA). Lattice: the same rate on a lattice at rest. In place: the rate "
-        "at which the friction among the particles where they are begins to damp, without a time "
-        "step; what nu(k) and Gamma(k) have beyond it comes from moving particles and forces."
+        "Theory: linearised hydrodynamics. Its friction is that among the particles where they are "
+        "(in place): the exact rates at which the pairs begin to damp a wave, sampled in the "
+        "runs, less what the time step takes. What is fitted beyond that comes from the motion of "
+        "the particles and the forces between them. Continuum, lattice: the same rates by "
+        "integrals, and on a lattice at rest. c(k)^2 = kT/(m S(k)) with S(k) of the random-phase "
+        "approximation (RPA)."
     )
     terms = (
         "SE: one standard error, from the blocks. z: distance from theory in SE. Sees: the "

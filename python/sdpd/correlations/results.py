@@ -10,35 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd.analysis import Correlation, Estimate, ensemble
-from sdpd.analysis.blocked import BlockedFunction
+from sdpd.correlations.fits import Wave, fit_wave, joined, normalized_table
 from sdpd.correlations.predictions import WavePrediction
 from sdpd.correlations.recorder import FUNCTIONS
 from sdpd.fluctuations.results import Item
 from sdpd.scene import Scene
 
-__all__ = ["Shell", "Wave", "assemble_shell", "compare"]
+__all__ = ["Shell", "assemble_shell", "compare"]
 
 Array = NDArray[np.float64]
-
-FIT_DECAYS = 1.5  # of the slowest factor of a function: where its fit ends
-TURNS = 2.5  # periods after which a fit of a wave ends, whatever its decay
-
-
-@dataclass(frozen=True)
-class Wave:
-    """Linearised hydrodynamics fitted to one wave number.
-
-    Attributes
-    ----------
-    viscosity, damping : Estimate
-        nu(k) and Gamma(k) [length^2/time].
-    sound_speed : Estimate
-        c(k) [length/time].
-    """
-
-    viscosity: Estimate
-    damping: Estimate
-    sound_speed: Estimate
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +37,10 @@ class Shell:
     friction : tuple of Estimate
         nu(k) and Gamma(k) by the friction among the particles where they are, at zero time step
         [length^2/time].
+    continuum : WavePrediction
+        With the plane-wave rates of the continuum.
     prediction : WavePrediction
+        With the friction in place: what fits and functions are compared with.
     fit : Wave
     """
 
@@ -65,21 +48,18 @@ class Shell:
     vectors: NDArray[np.int64]
     functions: dict[str, Correlation]
     friction: tuple[Estimate, Estimate]
+    continuum: WavePrediction
     prediction: WavePrediction
     fit: Wave
 
     def normalized(self, name: str) -> tuple[Array, Array, Array]:
         """Lags [time], a function over its value at zero (the root of both), and its error."""
-        joined, lag = _joined(self.functions), self.functions[name].lag
-        index = FUNCTIONS.index(name)
-
-        def values(mean: Array) -> Array:
-            return np.asarray(_normalize(mean.reshape(len(FUNCTIONS), -1))[index])
-
-        leave = np.array([values(row) for row in joined.leave_one_out()])
-        count = joined.n_blocks
+        whole, index = joined(self.functions), FUNCTIONS.index(name)
+        leave = np.array([normalized_table(row)[index] for row in whole.leave_one_out()])
+        count = whole.n_blocks
         spread = np.sum((leave - leave.mean(axis=0)) ** 2, axis=0)
-        return lag, values(joined.mean), np.sqrt((count - 1) / count * spread)
+        value = normalized_table(whole.mean)[index]
+        return self.functions[name].lag, value, np.sqrt((count - 1) / count * spread)
 
 
 def assemble_shell(
@@ -87,7 +67,7 @@ def assemble_shell(
     vectors: NDArray[np.int64],
     members: Sequence[dict[str, Correlation]],
     rates: Array,
-    prediction: WavePrediction,
+    continuum: WavePrediction,
 ) -> Shell:
     """Join the runs of one wave number and fit them.
 
@@ -99,18 +79,20 @@ def assemble_shell(
         The five functions of each run.
     rates : ndarray, shape (runs, 2)
         Friction in place, across and along, of each run [1/time].
-    prediction : WavePrediction
+    continuum : WavePrediction
     """
     functions = {name: Correlation.merge([m[name] for m in members]) for name in FUNCTIONS}
-    square = prediction.wave_number**2
+    square = continuum.wave_number**2
     friction = (_mean(rates[:, 0] / square), _mean(0.5 * rates[:, 1] / square))
+    prediction = continuum.with_friction(friction[0].value, friction[1].value)
     return Shell(
-        wave_number=prediction.wave_number,
+        wave_number=continuum.wave_number,
         vectors=vectors,
         functions=functions,
         friction=friction,
+        continuum=continuum,
         prediction=prediction,
-        fit=_fit(functions, prediction),
+        fit=fit_wave(functions, prediction, scene.thermal_speed),
     )
 
 
@@ -143,23 +125,36 @@ def _items(scene: Scene, shell: Shell, edge: float) -> Iterator[Item]:
         yield item(f"<|j_k|^2> {name} over m kT N", power, share)
     structure = functions["density"].at(0).scaled(1.0 / theory.structure_factor)
     yield item("S(k)/S_RPA(k)", structure, 1.0, accuracy=theory.structure_accuracy)
-    joined = _joined(functions)
     lags = functions["cross"].lag
     turn = int(np.argmin(np.abs(lags - theory.probe_times("cross")[1])))
     yield item(
         "<rho* j(t)> less <j* rho(t)>",
-        joined.derive(lambda mean: _difference(mean, turn)),
+        joined(functions).derive(lambda mean: _difference(mean, turn)),
         0.0,
         unit=1.0,
     )
-    for name, found, expected, accuracy in (
+    for symbol, found, expected in (
+        ("nu(k)", shell.friction[0], shell.continuum.viscosity),
+        ("Gamma(k)", shell.friction[1], shell.continuum.damping),
+    ):
+        yield item(
+            f"{symbol} by the friction in place over the continuum's",
+            found.scaled(theory.delivered / expected),
+            1.0,
+            accuracy=theory.friction_accuracy,
+        )
+    for symbol, found, expected, accuracy in (
         ("nu(k)", fit.viscosity, theory.viscosity, theory.viscosity_accuracy),
         ("c(k)", fit.sound_speed, theory.sound_speed, theory.sound_accuracy),
         ("Gamma(k)", fit.damping, theory.damping, theory.viscosity_accuracy),
     ):
-        yield item(
-            f"{name} over its prediction", found.scaled(1.0 / expected), 1.0, accuracy=accuracy
-        )
+        yield item(f"{symbol} over theory", found.scaled(1.0 / expected), 1.0, accuracy=accuracy)
+    yield item(
+        "c(k)^2 m S(k)/kT, both measured",
+        fit.sum_rule,
+        theory.sum_rule,
+        accuracy=2.0 * theory.sound_accuracy - theory.structure_accuracy,
+    )
     for name in FUNCTIONS[:4]:
         lag, mean, error = shell.normalized(name)
         blocks = float(functions[name].n_blocks)
@@ -180,87 +175,6 @@ def _scaled(name: str, theory: WavePrediction, lag: float) -> str:
     return f"c k t = {theory.frequency * lag:.2f}"
 
 
-def _joined(functions: dict[str, Correlation]) -> BlockedFunction:
-    """All functions side by side, so that what needs several has one jackknife."""
-    members = [functions[name] for name in FUNCTIONS]
-    return BlockedFunction(
-        blocks=np.concatenate([member.blocks for member in members], axis=1),
-        block_counts=np.concatenate([member.block_counts for member in members], axis=1),
-        window=members[0].window,
-    )
-
-
-def _normalize(table: Array) -> Array:
-    """Over the value at zero lag; the crossed ones over the root of both."""
-    shear, sound, density = table[:3, 0]
-    root = np.sqrt(sound * density)
-    return np.asarray(table / np.array([shear, sound, density, root, root])[:, None])
-
-
 def _difference(mean: Array, turn: int) -> float:
-    table = _normalize(mean.reshape(len(FUNCTIONS), -1))
+    table = normalized_table(mean)
     return float(table[3, turn] - table[4, turn])
-
-
-def _fit(functions: dict[str, Correlation], theory: WavePrediction) -> Wave:
-    joined, lag = _joined(functions), functions["density"].lag
-    shear_end = FIT_DECAYS / theory.shear_rate
-    sound_end = min(
-        FIT_DECAYS / min(theory.sound_rate, theory.frequency**2 / theory.sound_rate),
-        TURNS * 2.0 * np.pi / theory.frequency,
-    )
-    shear, sound = (
-        np.flatnonzero(lag <= max(end, lag[min(4, lag.size - 1)])) for end in (shear_end, sound_end)
-    )
-    k = theory.wave_number
-
-    def table(mean: Array) -> Array:
-        return _normalize(mean.reshape(len(FUNCTIONS), -1))
-
-    def viscosity(mean: Array) -> float:
-        return _decay_rate(lag[shear], table(mean)[0, shear], theory.shear_rate) / k**2
-
-    def wave(mean: Array) -> Array:
-        return _wave(lag[sound], table(mean)[1:, sound], (theory.frequency, theory.sound_rate))
-
-    window = (0.0, float(lag[sound[-1]]))
-    return Wave(
-        joined.derive(viscosity, window=(0.0, float(lag[shear[-1]]))),
-        joined.derive(lambda mean: float(wave(mean)[1]) / k**2, window=window),
-        joined.derive(lambda mean: float(wave(mean)[0]) / k, window=window),
-    )
-
-
-def _decay_rate(time: Array, value: Array, guess: float) -> float:
-    """Least squares of exp(-rate t), each lag with the length of time it stands for."""
-    from scipy import optimize
-
-    weight = np.sqrt(_spans(time))
-
-    def residual(p: Array) -> Array:
-        return np.asarray(weight * (np.exp(-np.exp(p[0]) * guess * time) - value))
-
-    return guess * float(np.exp(optimize.least_squares(residual, [0.0]).x[0]))
-
-
-def _wave(time: Array, values: Array, guess: tuple[float, float]) -> Array:
-    """Frequency w_k and damping rate from longitudinal, density and crossed functions at once."""
-    from scipy import optimize
-
-    from sdpd.theory.hydrodynamics import damped_wave
-
-    weight = np.sqrt(_spans(time))
-    start = np.array(guess)
-
-    def residual(p: Array) -> Array:
-        frequency, damping = start * np.exp(p)
-        even, odd, _ = damped_wave(time, float(frequency), float(damping))
-        rows = (even - damping * odd, even + damping * odd, frequency * odd, frequency * odd)
-        return np.asarray((weight * (np.array(rows) - values)).ravel())
-
-    return np.asarray(start * np.exp(optimize.least_squares(residual, [0.0, 0.0]).x))
-
-
-def _spans(time: Array) -> Array:
-    """Share of the time axis that each lag stands for."""
-    return np.asarray(np.gradient(time) / (time[-1] - time[0]))
