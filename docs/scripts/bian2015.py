@@ -19,6 +19,7 @@ from bian2015_runs import (
     density_theory,
     misfit,
     published,
+    rpa_correlation,
     rpa_pressure,
     scene_of,
     waves_of,
@@ -107,8 +108,9 @@ def main(argv: Sequence[str] | None = None) -> None:
         _space_table(spaces),
         "Correlation coefficient of the density against distance, and theory in brackets.",
         _wave_table(studies),
-        "Fitted viscosity, sound speed and damping, in brackets linearised theory at this $k$ and "
-        "time step, and the largest distance of the longitudinal correlation (1 at zero) from our "
+        "Fitted viscosity, sound speed and damping; in brackets linearised theory at this $k$ and "
+        "time step, with the friction among the particles where they are, then with that of the "
+        "continuum; and the largest distance of the longitudinal correlation (1 at zero) from our "
         "theory and from B 21b, with its $\\Gamma_T=\\frac23\\nu$ and with the right "
         "$\\frac34\\nu$; in brackets one standard error there.",
         _scales_table(),
@@ -162,7 +164,7 @@ class Space:
         )
         self.variogram = semivariogram(position, box, found.density, bins=bins, n_blocks=blocks)
         self.model = fit_spherical_model(self.variogram, sill=self.density.local.value)
-        self.expected = density_theory(scene).correlation(self.density.centers)
+        self.expected = rpa_correlation(scene, self.density.centers)
 
     def coefficient(self) -> tuple[np.ndarray, np.ndarray]:
         """Correlation coefficient of the density and its error."""
@@ -214,7 +216,7 @@ def _statistics_table(found: Configurations, space: Space) -> str:
             "variance of the density $\\times10^4$",
             f"{1e4 * PUBLISHED_VARIANCE:.1f}",
             _estimate(found.variance, 4, 1e4),
-            f"{1e4 * theory.variance:.3f}",
+            f"{1e4 * found.expected_variance:.3f}",
             "",
         ],
         ["skewness of the density", "negligible", _estimate(skewness, 4), "", ""],
@@ -234,7 +236,7 @@ def _variance_table(sweep: dict[float, list[Configurations]]) -> str:
     rows = []
     for spacing, members in sweep.items():
         for found in members:
-            scene, theory = found.scene, found.prediction
+            scene = found.scene
             ideal = scene.thermal_energy * scene.n_particles / scene.box.volume
             model = scene.fluid.density * scene.sound.speed**2
             pressure = found.pressure
@@ -244,7 +246,7 @@ def _variance_table(sweep: dict[float, list[Configurations]]) -> str:
                     f"{3.0 * spacing:g}",
                     f"{scene.sound.speed:g}",
                     f"{scene.stiffness:.4g}",
-                    _estimate(found.variance, 4, 1.0 / theory.variance),
+                    _estimate(found.variance, 4, 1.0 / found.expected_variance),
                     _estimate(found.variance, 4, 1e4),
                     _estimate(found.variance, 4, scene.stiffness),
                     _estimate(excess, 3, 1.0 / ideal),
@@ -281,9 +283,9 @@ def _wave_table(studies: dict[tuple[float, float], Study]) -> str:
                     f"{eta:.4g}",
                     f"{number}",
                     f"{ratio:.2f}",
-                    _pair(fit.viscosity, theory.viscosity),
-                    _pair(fit.sound_speed, theory.sound_speed),
-                    _pair(fit.damping, theory.damping),
+                    _beside(fit.viscosity, theory.viscosity, shell.continuum.viscosity),
+                    _beside(fit.sound_speed, theory.sound_speed),
+                    _beside(fit.damping, theory.damping, shell.continuum.damping),
                     *(
                         _distance(*misfit(study, index, "longitudinal", damping))
                         for damping in (None, 2.0 / 3.0, 0.75)
@@ -295,8 +297,9 @@ def _wave_table(studies: dict[tuple[float, float], Study]) -> str:
     return grid(header, rows)
 
 
-def _pair(found: Estimate, expected: float) -> str:
-    return f"{shown(found.value, found.stderr, digits=2)} ({expected:.4g})"
+def _beside(found: Estimate, *expected: float) -> str:
+    theory = ", ".join(f"{value:.4g}" for value in expected)
+    return f"{shown(found.value, found.stderr, digits=2)} ({theory})"
 
 
 def _distance(value: float, error: float) -> str:
@@ -368,7 +371,7 @@ def _plot_variance(report: Report, sweep: dict[float, list[Configurations]]) -> 
         theory = np.array([density_theory(scene_of(c, spacing=spacing)).variance() for c in line])
         value = np.array([found.variance.value for found in members])
         error = np.array([found.variance.stderr for found in members])
-        expected = np.array([found.prediction.variance for found in members])
+        expected = np.array([found.expected_variance for found in members])
         label = f"$r_c={3.0 * spacing:g}$"
         left.errorbar(speeds, value, error, fmt=marker, color=colour, markersize=4, label=label)
         left.plot(line, theory, color=colour, linewidth=1.0)
@@ -383,7 +386,15 @@ def _plot_variance(report: Report, sweep: dict[float, list[Configurations]]) -> 
     left.legend(fontsize=7)
     right.axhline(1.0, color="0.2", linewidth=0.8)
     right.set(xscale="log", xlabel="$c_T$", ylabel="measured over RPA")
+    for panel in (left, right):
+        _label_speeds(panel, sweep)
     _figure(report, "variance", figure)
+
+
+def _label_speeds(axes: Any, sweep: dict[float, list[Configurations]]) -> None:
+    speeds = [found.scene.sound.speed for found in next(iter(sweep.values()))]
+    axes.set_xticks(speeds, [f"{speed:g}" for speed in speeds])
+    axes.set_xticks([], minor=True)
 
 
 def _plot_space(report: Report, spaces: Sequence[Space]) -> None:
@@ -401,8 +412,8 @@ def _plot_space(report: Report, spaces: Sequence[Space]) -> None:
         )
         value, error = space.coefficient()
         axes[1].errorbar(place[seen], value[seen], error[seen], label=label, **options)
-        theory = density_theory(space.found.scene)
-        axes[1].plot(x, theory.correlation(x * space.reach), color=colour, linewidth=0.9)
+        theory = rpa_correlation(space.found.scene, x * space.reach)
+        axes[1].plot(x, theory, color=colour, linewidth=0.9)
         cross = space.cross
         axes[2].errorbar(place[seen], cross.mean[seen], cross.stderr[seen], **options)
     first = spaces[0]
@@ -428,7 +439,7 @@ def _plot_space(report: Report, spaces: Sequence[Space]) -> None:
     sill = first.density.local.value
     axes[3].plot(
         x,
-        1e4 * sill * (1.0 - density_theory(first.found.scene).correlation(x * first.reach)),
+        1e4 * sill * (1.0 - rpa_correlation(first.found.scene, x * first.reach)),
         color="0.2",
         linewidth=1.0,
         label="RPA",
@@ -449,7 +460,7 @@ def _plot_space(report: Report, spaces: Sequence[Space]) -> None:
         panel.set(xlabel="$r/r_c$", title=title, xlim=(0.0, 1.4))
     for panel in (axes[0], axes[2]):
         panel.axhline(0.0, color="0.2", linewidth=0.8)
-        panel.set(ylim=(-0.06, 0.06))
+        panel.set(ylim=(-0.025, 0.025))
     axes[0].set(ylabel="correlation coefficient")
     _figure(report, "space", figure)
 
@@ -540,8 +551,8 @@ def _plot_pressure(report: Report, sweep: dict[float, list[Configurations]]) -> 
             markersize=4,
         )
         right.plot(np.sqrt(model), (theory - model) / ideal, color=colour, linewidth=1.0)
-    line = np.array(left.get_xlim())
-    left.plot(np.maximum(line, 1.0), np.maximum(line, 1.0), color="0.2", linewidth=0.8)
+    line = np.array([5e4, 1e7])
+    left.plot(line, line, color="0.2", linewidth=0.8)
     left.set(xscale="log", yscale="log", xlabel=r"model, $c_T^2\rho$", ylabel="virial pressure")
     left.legend()
     right.axhline(0.0, color="0.5", linewidth=0.8, linestyle="--")
@@ -551,6 +562,7 @@ def _plot_pressure(report: Report, sweep: dict[float, list[Configurations]]) -> 
         ylabel=r"$(P-c_T^2\rho)/(nk_BT)$",
         title="points: virial; lines: RPA",
     )
+    _label_speeds(right, sweep)
     _figure(report, "pressure", figure)
 
 

@@ -92,7 +92,8 @@ class Frames(sdpd.Observer):
 class Configurations:
     """Frames of independent runs, one after the other, and the virial pressure of each run.
 
-    `position`, `velocity` (T, N, 2), `density` (T, N); `virial` (runs,) is its conservative part.
+    `position`, `velocity` (T, N, 2), `density` (T, N); `virial` is its conservative part, in the
+    halves of the runs.
     """
 
     scene: sdpd.Scene
@@ -107,6 +108,12 @@ class Configurations:
     def prediction(self) -> DensityPrediction:
         """Random-phase approximation at this time step."""
         return DensityPrediction(self.scene, self.dt)
+
+    @property
+    def expected_variance(self) -> float:
+        """Of the density of particles, without the wave k = 0 that a closed box does not have."""
+        missing = float(self.prediction.structure_factor(0.0)) / self.scene.n_particles
+        return self.prediction.variance - missing
 
     def by_run(self, values: np.ndarray) -> Estimate:
         """Mean of one value a frame, with the error of the spread of the runs' halves."""
@@ -174,32 +181,20 @@ def configurations(
         frames, stress = Frames(every=length.gap), sdpd.Stress(every=length.gap)
         sim.run(length.frames * length.gap, observe=[frames, stress], progress=False)
         kept += frames.kept[: length.frames]
-        tensor = stress.data["conservative"].mean(axis=0)
-        virial.append(float(np.trace(tensor)) / scene.dimension)
+        trace = np.trace(stress.data["conservative"], axis1=1, axis2=2) / scene.dimension
+        virial += [float(half.mean()) for half in np.array_split(trace, 2)]
     position, velocity, density = (np.stack(part) for part in zip(*kept, strict=True))
     return Configurations(scene, step, length.runs, position, velocity, density, np.array(virial))
 
 
-# --- theory of the random-phase approximation in real space -----------------------------------
+# --- theory of the random-phase approximation -------------------------------------------------
 
 
-def _waves(scene: sdpd.Scene, highest: float = 60.0, count: int = 6000) -> tuple[Any, Any, Any]:
-    """kh, its weight n h^2 k dk/(2 pi) and the transform of the kernel."""
-    width = highest / count
-    kh = (np.arange(count) + 0.5) * width
-    weight = kh * width / (2.0 * np.pi) / scene.support_radius**2
-    return kh, weight, kernel_transform(scene.resolution.kernel, 2, kh)
-
-
-def rpa_radial_distribution(scene: sdpd.Scene, distance: np.ndarray) -> np.ndarray:
-    """g(r) = 1 + n^-1 int (S(k) - 1) exp(i k.r) d^2k/(2 pi)^2."""
-    from scipy import special
-
-    kh, weight, _ = _waves(scene)
-    excess = density_theory(scene).structure_factor(kh / scene.support_radius) - 1.0
-    waves = special.j0(np.multiply.outer(distance / scene.support_radius, kh))
-    number_density = scene.n_particles / scene.box.volume
-    return np.asarray(1.0 + waves @ (weight * excess) / number_density)
+def rpa_correlation(scene: sdpd.Scene, distance: np.ndarray) -> np.ndarray:
+    """Correlation coefficient of the density, without the wave k = 0 of a closed box."""
+    theory = density_theory(scene)
+    missing = float(theory.structure_factor(0.0)) / scene.n_particles / theory.variance()
+    return np.asarray((theory.correlation(distance) - missing) / (1.0 - missing))
 
 
 def rpa_pressure(scene: sdpd.Scene) -> float:
@@ -208,7 +203,10 @@ def rpa_pressure(scene: sdpd.Scene) -> float:
     F = F_ideal + N u(n) + (k_B T/2) sum_k ln(1 + R), and R = X (2 W - W^2) does not depend on n:
     P = c^2 rho + n k_B T - (k_B T/2) int ln(1 + R) d^2k/(2 pi)^2.
     """
-    _, weight, transform = _waves(scene)
+    width = 0.01
+    kh = (np.arange(6000) + 0.5) * width
+    weight = kh * width / (2.0 * np.pi) / scene.support_radius**2
+    transform = kernel_transform(scene.resolution.kernel, 2, kh)
     response = scene.stiffness * (2.0 * transform - transform**2)
     waves = 0.5 * scene.thermal_energy * float(weight @ np.log1p(response))
     ideal = scene.thermal_energy * scene.n_particles / scene.box.volume

@@ -172,4 +172,5 @@ def _deviations(study: Study, axes: Any) -> None:
         order[~exact], z[~exact], "s", color=COLOURS[1], markersize=4, label="theory approximate"
     )
     axes.set(xlabel="row of the table", ylabel="$z$", title="distance from theory, SE")
+    axes.set_yscale("symlog", linthresh=5.0)
     axes.legend(fontsize=8)

@@ -138,7 +138,7 @@ def _items(scene: Scene, shell: Shell, edge: float) -> Iterator[Item]:
         ("Gamma(k)", shell.friction[1], shell.continuum.damping),
     ):
         yield item(
-            f"{symbol} by the friction in place over the continuum's",
+            f"{symbol}, in place over continuum",
             found.scaled(theory.delivered / expected),
             1.0,
             accuracy=theory.friction_accuracy,

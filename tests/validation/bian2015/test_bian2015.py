@@ -1,6 +1,6 @@
 """Bian et al. (2015), section III: statistics, space, waves and pressure of his 2D fluid.
 
-The runs are those of docs/scripts/bian2015.py, fewer of them. Every verdict is a z-score, beyond the
+The runs are those of docs/scripts/bian2015.py, but fewer. Every verdict is a z-score, beyond the
 stated accuracy where theory is approximate; the family of each test fails one time in a hundred.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +90,9 @@ def test_velocities_are_maxwellian(middle: Any) -> None:
     items = []
     moments = (("skewness", 3, 0.0), ("kurtosis", 4, 3.0))
     members = [("temperature", middle.temperature, 1.0)]
-    members += [(f"velocity_{n}", middle.standardised_moment("velocity", k), x) for n, k, x in moments]
+    members += [
+        (f"velocity_{n}", middle.standardised_moment("velocity", k), x) for n, k, x in moments
+    ]
     for name, estimate, expected in members:
         assert estimate.stderr < 0.02, "too few samples to see a fault"
         items.append(Item(group="v", name=name, estimate=estimate, prediction=expected, unit=1.0))
@@ -115,8 +118,8 @@ def test_density_of_particles(middle: Any) -> None:
                 group="rho",
                 name="variance",
                 estimate=variance,
-                prediction=theory.variance,
-                accuracy=0.03 * theory.variance,
+                prediction=middle.expected_variance,
+                accuracy=0.02 * middle.expected_variance,
             ),
         ]
     )
@@ -125,7 +128,7 @@ def test_density_of_particles(middle: Any) -> None:
     skewness = middle.standardised_moment("density", 3)
     assert skewness.stderr < 0.03 and abs(skewness.value) < 0.05
     keep("mean_density", mean, 1.0 + theory.bias)
-    keep("density_variance", variance, theory.variance)
+    keep("density_variance", variance, middle.expected_variance)
     keep("density_skewness", skewness, 0.0)
 
 
@@ -133,8 +136,7 @@ def test_variance_falls_as_the_square_of_the_speed(sweep: Any) -> None:
     """Each against RPA; over 1/X it is 0.21 to 0.22, not 1 as B 13 has for a cell."""
     items = []
     for (reach, speed), found in sweep.items():
-        theory = found.prediction
-        ratio = found.variance.scaled(1.0 / theory.variance)
+        ratio = found.variance.scaled(1.0 / found.expected_variance)
         assert ratio.stderr < 0.03
         name = f"variance, r_c = {reach:g}, c_T = {speed:g}"
         items.append(
@@ -143,7 +145,7 @@ def test_variance_falls_as_the_square_of_the_speed(sweep: Any) -> None:
                 name=name,
                 estimate=ratio,
                 prediction=1.0,
-                accuracy=max(0.03, theory.accuracy("variance")),
+                accuracy=0.03,
             )
         )
         keep(name, ratio, 1.0)
@@ -181,9 +183,7 @@ def test_density_is_correlated_over_the_support(space: Any) -> None:
     for index, centre in enumerate(space.density.centers / space.reach):
         if centre < 0.3:  # few pairs come so close, where both densities are high
             continue
-        estimate = Estimate(
-            float(value[index]), float(error[index]), float(space.density.n_blocks)
-        )
+        estimate = Estimate(float(value[index]), float(error[index]), float(space.density.n_blocks))
         assert estimate.stderr < 0.015
         items.append(
             Item(
@@ -206,20 +206,24 @@ def test_density_is_correlated_over_the_support(space: Any) -> None:
 
 
 def test_effective_pressure_is_the_model(script: Any, sweep: Any) -> None:
-    """The virial pressure is c^2 rho to 1 %, and less by what density waves take, in RPA."""
+    """Virial pressure: c^2 rho to 1.5 %, and below it by what density waves take, in RPA."""
     items = []
     for (reach, speed), found in sweep.items():
         scene, pressure = found.scene, found.pressure
         ideal = scene.thermal_energy * scene.n_particles / scene.box.volume
         model = scene.fluid.density * scene.sound.speed**2
-        shift = (pressure.value - model) / ideal
+        assert abs(pressure.value / model - 1.0) < 0.02
+        shift = replace(pressure, value=pressure.value - model).scaled(1.0 / ideal)
         expected = (script.rpa_pressure(scene) - model) / ideal
-        assert abs(pressure.value / model - 1.0) < 0.03
-        estimate = Estimate(shift, pressure.stderr / ideal, 2.0)
         name = f"pressure shift, r_c = {reach:g}, c_T = {speed:g}"
-        keep(name, estimate, expected)
-        assert abs(shift / expected - 1.0) < 0.25, name
-    del items
+        keep(name, shift, expected)
+        if scene.stiffness < 5000.0:  # far below the pairing limit, 2.3e4, of RPA
+            assert shift.stderr < 0.15
+            items.append(
+                Item(group="P", name=name, estimate=shift, prediction=expected, accuracy=0.5)
+            )
+    assert len(items) == 7
+    check(items)
 
 
 def test_waves_follow_linearised_theory(waves: Any) -> None:
