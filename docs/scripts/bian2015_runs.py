@@ -18,7 +18,7 @@ import sdpd
 from sdpd.analysis import Estimate, ensemble
 from sdpd.correlations import Study, plan_scene, run_correlations
 from sdpd.fluctuations import DensityPrediction
-from sdpd.theory import DensityTheory, kernel_transform
+from sdpd.theory import DensityTheory
 
 ETA = 49.71
 SPACING = 0.05
@@ -198,19 +198,9 @@ def rpa_correlation(scene: sdpd.Scene, distance: np.ndarray) -> np.ndarray:
 
 
 def rpa_pressure(scene: sdpd.Scene) -> float:
-    """P of Gaussian density waves, for a law P = c^2 rho.
-
-    F = F_ideal + N u(n) + (k_B T/2) sum_k ln(1 + R), and R = X (2 W - W^2) does not depend on n:
-    P = c^2 rho + n k_B T - (k_B T/2) int ln(1 + R) d^2k/(2 pi)^2.
-    """
-    width = 0.01
-    kh = (np.arange(6000) + 0.5) * width
-    weight = kh * width / (2.0 * np.pi) / scene.support_radius**2
-    transform = kernel_transform(scene.resolution.kernel, 2, kh)
-    response = scene.stiffness * (2.0 * transform - transform**2)
-    waves = 0.5 * scene.thermal_energy * float(weight @ np.log1p(response))
-    ideal = scene.thermal_energy * scene.n_particles / scene.box.volume
-    return scene.fluid.density * scene.sound.speed**2 + ideal - waves
+    """Virial pressure; n dX/dn is 0 for P = c^2 rho."""
+    theory = density_theory(scene)
+    return theory.virial_pressure(thermal_energy=scene.thermal_energy, stiffness_slope=0.0)
 
 
 # --- waves ------------------------------------------------------------------------------------
