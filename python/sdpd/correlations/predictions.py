@@ -33,9 +33,9 @@ Array = NDArray[np.float64]
 # Accuracies, measured (docs/guide/correlations): of the continuum for the friction among the
 # particles, by the lattice's factor of the friction rate and the excess of the mean density; of
 # that friction for the viscosities, to which moving particles and the forces between them add up to
-# 1.5/eta*; of S(k) for the sound speed, which they raise.
+# 2/eta*; of S(k) for the sound speed, which they raise.
 FRICTION = (0.02, 0.2, 2.0)
-VISCOSITY = (0.03, 1.5)
+VISCOSITY = (0.03, 2.0)
 SOUND = (0.02, 0.2)
 SPLITTING = 0.3  # of the loss of the pair splitting
 

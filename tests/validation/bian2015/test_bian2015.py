@@ -255,9 +255,8 @@ def test_published_forms_fail_where_the_wave_is_damped(script: Any, waves: Any) 
         his, _ = script.misfit(study, index, "longitudinal", 2.0 / 3.0)
         ratio = shell.prediction.sound_rate / shell.prediction.frequency
         NUMBERS[f"off theory, c_T = {name}, n_w = {study.waves[index]}"] = [ours, his, error]
-        assert his > 0.4 * min(ratio, 1.0)
         if ratio > 0.3:
-            assert his > 2.5 * ours
+            assert his > 0.15 and his > 2.5 * ours
 
 
 def test_the_record_is_written() -> None:
