@@ -119,6 +119,28 @@ def _fluctuations(options: argparse.Namespace) -> int:
     return OK if study.passed else FAILED
 
 
+def _correlations(options: argparse.Namespace) -> int:
+    from sdpd import correlations
+
+    study = correlations.run_correlations(
+        _scene(options.scene),
+        waves=options.waves,
+        seed=options.seed,
+        runs=options.runs,
+        quick=options.quick,
+        progress=False if options.no_progress else None,
+    )
+    print(study)
+    if options.output is not None:
+        paths = correlations.write(study, options.output)
+        if importlib.util.find_spec("matplotlib") is not None:
+            paths.append(correlations.write_figure(study, options.output))
+        else:
+            print("no figure: matplotlib is missing (pip install 'sdpd[plot]')", file=sys.stderr)
+        print("\nwritten: " + ", ".join(map(str, paths)))
+    return OK if study.passed else FAILED
+
+
 def _regime(options: argparse.Namespace) -> int:
     scene = _scene(options.scene)
     print(scene)
@@ -255,6 +277,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _diffusion_options(commands)
     _fluctuations_options(commands)
+    _correlations_options(commands)
     for name, run, text in (
         ("regime", _regime, "dimensionless numbers of a scene and what they mean"),
         ("cost", _cost, "memory, pairs and every bound on the time step of a scene"),
@@ -328,6 +351,25 @@ def _fluctuations_options(commands: Any) -> None:
     add("--seed", type=int, default=1, help="key of all randomness (default 1)")
     add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
     add("--quick", action="store_true", help="seconds, larger errors")
+    add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _correlations_options(commands: Any) -> None:
+    text = "waves of a scene: correlation functions, nu, c and Gamma beside linearised theory"
+    command = commands.add_parser("correlations", help=text, description=text)
+    command.set_defaults(run=_correlations)
+    add = command.add_argument
+    add("scene", metavar="SCENE.toml")
+    add("-o", "--output", metavar="DIR", help="write tables, text and figure there")
+    add(
+        "--waves",
+        type=_numbers,
+        metavar="N,N",
+        help="wavelengths along each edge of the box (default 1,2,4 where resolved)",
+    )
+    add("--seed", type=int, default=1, help="key of all randomness (default 1)")
+    add("--runs", type=int, help="independent runs (default 16, with --quick 8)")
+    add("--quick", action="store_true", help="a quarter of the work, larger errors")
     add("--no-progress", action="store_true", help="no progress bar")
 
 
