@@ -339,6 +339,9 @@ def _three(values: NDArray[Any]) -> NDArray[Any]:
 class Frames:
     """A trajectory in memory, in the units of its scene; T frames of N particles.
 
+    Its arrays are what :mod:`sdpd.analysis` takes, e.g. ``analysis.msd(frames.unwrapped, frames.dt,
+    max_lag=100)`` or ``analysis.structure_factor(frames.positions, frames.box, ...)``.
+
     Attributes
     ----------
     step : ndarray of int64, shape (T,)
@@ -374,6 +377,25 @@ class Frames:
 
     def __len__(self) -> int:
         return len(self.step)
+
+    @property
+    def dt(self) -> float:
+        """Time between frames [time], as :mod:`sdpd.analysis` wants it.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer than two frames or they are not equally spaced.
+        """
+        spacing = np.diff(self.time)
+        if not spacing.size:
+            raise ValueError(f"`dt` needs at least 2 frames, got {len(self)}")
+        if not np.allclose(spacing, spacing[0], rtol=1e-6, atol=0.0):
+            raise ValueError(
+                f"`dt` needs equally spaced frames, got spacings from {spacing.min():.6g} to "
+                f"{spacing.max():.6g}"
+            )
+        return float((self.time[-1] - self.time[0]) / spacing.size)
 
 
 def read(path: str | os.PathLike[str]) -> Frames:

@@ -1,5 +1,7 @@
 """Correlation functions against O(T^2) loops, MDAnalysis and the Ornstein-Uhlenbeck process."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -159,6 +161,80 @@ def test_integral_and_derive():
     estimate = c.derive(lambda mean: float(np.trapezoid(mean, dx=0.5)))
     assert estimate.value == pytest.approx(running.mean[-1])
     assert estimate.window == (0.0, 59.5)
+
+
+def in_loop_lags(points, levels, dt):
+    """Lags of a correlator inside the loop: linear first, then every 2^l of them."""
+    lags = [np.arange(points)]
+    lags += [np.arange(points // 2, points) * 2**level for level in range(1, levels)]
+    return dt * np.concatenate(lags)
+
+
+def exact(lag, values):
+    return analysis.Correlation(
+        lag=lag,
+        blocks=np.stack([values, values]),
+        block_counts=np.ones((2, lag.size)),
+        window=(0.0, 1e3),
+    )
+
+
+@pytest.mark.parametrize("dt", [0.05, 5e-14])
+def test_lags_of_unequal_spacing(dt):
+    lag = in_loop_lags(16, 5, dt)
+    tau = 20.0 * dt
+    c = exact(lag, np.exp(-lag / tau))
+    assert c.resolution == pytest.approx(dt)
+    assert not c.is_uniform
+    with pytest.raises(ValueError, match="`lag` must be equally spaced"):
+        c.step  # noqa: B018
+    whole = tau * (1.0 - np.exp(-lag[-1] / tau))
+    assert analysis.green_kubo_diffusion(c).value == pytest.approx(whole, rel=2e-4)
+    assert c.integral().mean[-1] == pytest.approx(whole, rel=6e-3)
+    assert c.integral().mean == pytest.approx(
+        [np.trapezoid(c.mean[: n + 1], lag[: n + 1]) for n in range(lag.size)]
+    )
+    linear = c.between(0.0, 15.0 * dt)
+    assert linear.is_uniform
+    assert linear.step == pytest.approx(dt)
+    assert linear.mean == pytest.approx(c.mean[:16])
+    assert c.at_lags([0, 3]).lag == pytest.approx([0.0, 3.0 * dt])
+    line = exact(lag, 6.0 * 0.3 * lag)
+    for weights in ("brownian", "generalized", "uniform"):
+        assert analysis.einstein_diffusion(
+            replace(line, dimension=3), window=(5.0 * dt, lag[-1]), weights=weights
+        ).value == pytest.approx(0.3)
+
+
+def test_lags_that_do_not_begin_at_zero_are_refused_where_it_matters():
+    late = exact(0.1 * np.arange(1.0, 9.0), np.ones(8))
+    for call in (
+        late.normalized,
+        late.integral,
+        lambda: analysis.green_kubo_diffusion(late),
+        lambda: analysis.short_time_diffusion(late),
+        lambda: analysis.fit_transverse(late, 1.0),
+        lambda: analysis.fit_sound(late, 1.0),
+    ):
+        with pytest.raises(ValueError, match=r"`lag` must begin at 0, got 0\.1"):
+            call()
+
+
+def test_merge_tells_short_lags_apart():
+    """An absolute tolerance would call all picoseconds equal."""
+    one, two = (exact(dt * np.arange(4.0), np.ones(4)) for dt in (1e-12, 2e-12))
+    with pytest.raises(ValueError, match="same lags"):
+        analysis.Correlation.merge([one, two])
+
+
+def test_transformed_keeps_the_blocks_behind_the_error():
+    c = analysis.vacf(NOISE, 0.5, max_lag=6, n_blocks=4)
+    thrice = c.transformed(lambda mean: 3.0 * mean)
+    assert thrice.mean == pytest.approx(3.0 * c.mean)
+    assert thrice.stderr[0] == pytest.approx(3.0 * c.stderr[0])
+    assert thrice.stderr == pytest.approx(3.0 * c.stderr, rel=0.03)  # the last block counts less
+    assert c.scaled(3.0).blocks == pytest.approx(3.0 * c.blocks)
+    assert c.scaled(c.lag).mean == pytest.approx(c.lag * c.mean)
 
 
 @pytest.mark.parametrize(

@@ -160,6 +160,31 @@ def test_fit_of_sound(kind):
     assert abs(noisy.damping.z(FLUID.sound_damping)) < 4.0
 
 
+def uneven_lags(dt):
+    """Linear first, then every 2nd and 4th lag, as from a correlator inside the loop."""
+    return dt * np.concatenate([np.arange(64), 2 * np.arange(32, 64), 4 * np.arange(32, 64)])
+
+
+def test_fits_on_uneven_lags():
+    k = 0.9
+    lag = uneven_lags(0.05)
+    clean = analysis.fit_transverse(synthetic(lag, FLUID.transverse(k, lag), 0.0, 62), k)
+    assert clean.value == pytest.approx(FLUID.kinematic_viscosity, rel=1e-6)
+    assert clean.window[1] == pytest.approx(3.1, abs=0.2)  # where it falls below 1/e
+    noisy = analysis.fit_transverse(
+        synthetic(lag, FLUID.transverse(k, lag), 0.02, 63), k, window=(0.0, 6.0)
+    )
+    assert noisy.relative < 0.05
+    assert abs(noisy.z(FLUID.kinematic_viscosity)) < 4.0
+    for kind in ("density", "longitudinal"):
+        curve = FLUID.density_correlation if kind == "density" else FLUID.longitudinal
+        for dt in (0.01, 0.05):  # the first minimum on the linear lags, or beyond them
+            lag = uneven_lags(dt)
+            fit = analysis.fit_sound(synthetic(lag, curve(k, lag), 0.0, 64), k, kind=kind)
+            assert fit.sound_speed.value == pytest.approx(3.0, rel=1e-6)
+            assert fit.damping.value == pytest.approx(FLUID.sound_damping, rel=1e-5)
+
+
 def test_fit_of_overdamped_sound_from_a_guess():
     thick = theory.HydrodynamicTheory(
         dimension=3, density=1.0, shear_viscosity=6.0, sound_speed=3.0

@@ -128,6 +128,45 @@ def test_ensemble_of_replicas():
     assert estimate.window == (0.0, 5.0)
 
 
+def test_ensemble_of_estimates():
+    members = [analysis.Estimate(v, 0.1, 32, (0.0, 2.0)) for v in (1.0, 1.3, 0.8)]
+    assert analysis.ensemble(members) == analysis.ensemble([1.0, 1.3, 0.8], window=(0.0, 2.0))
+    assert analysis.Estimate.merge(members) == analysis.combine(members)
+    other = [*members, analysis.Estimate(1.0, 0.1, 32, (0.0, 3.0))]
+    assert analysis.ensemble(other).window is None
+
+
+def test_homogeneity_of_exactly_known_errors_is_chi_square():
+    from scipy import stats
+
+    members = [analysis.Estimate(v, e) for v, e in ((1.0, 0.1), (1.2, 0.2), (0.7, 0.15))]
+    test = analysis.homogeneity(members)
+    weights = np.array([0.1, 0.2, 0.15]) ** -2.0
+    mean = weights @ [1.0, 1.2, 0.7] / weights.sum()
+    chi_square = weights @ (np.array([1.0, 1.2, 0.7]) - mean) ** 2
+    assert (test.mean, test.chi_square, test.freedom) == pytest.approx((mean, chi_square, 2))
+    assert test.p == pytest.approx(stats.chi2.sf(chi_square, 2))
+    two = analysis.homogeneity([analysis.Estimate(1.0, 0.3, 10), analysis.Estimate(2.0, 0.4, 20)])
+    welch = analysis.Estimate(1.0, 0.3, 10).p(analysis.Estimate(2.0, 0.4, 20))
+    assert two.p == pytest.approx(welch)
+
+
+def test_homogeneity_is_calibrated_and_sees_a_stray_run():
+    generator = np.random.default_rng(7)
+    samples = generator.normal(size=(4000, 6, 12)) * np.array([1, 1, 2, 2, 3, 3])[:, None]
+    samples[2000:, 0] += 2.0
+    values, errors = samples.mean(axis=2), samples.std(axis=2, ddof=1) / math.sqrt(12)
+    p = np.array(
+        [
+            analysis.homogeneity([analysis.Estimate(v, e, 12) for v, e in zip(*row, strict=True)]).p
+            for row in zip(values, errors, strict=True)
+        ]
+    )
+    fair, stray = p[:2000], p[2000:]
+    assert np.mean(fair < 0.05) == pytest.approx(0.05, abs=4.0 * math.sqrt(0.05 * 0.95 / 2000))
+    assert np.mean(stray < 0.05) > 0.95
+
+
 def test_jackknife_of_a_mean_is_the_standard_error():
     x = np.random.default_rng(5).normal(size=20)
     leave = (x.sum() - x) / 19.0
@@ -143,15 +182,6 @@ def test_bonferroni_family():
     assert verdict.smallest == pytest.approx(6e-4)
 
 
-def test_quantiles_of_a_normal_sample_lie_on_the_line():
-    sample = np.random.default_rng(6).normal(1.0, 2.0, size=(200, 100))
-    data = analysis.quantiles(sample, mean=1.0, deviation=2.0, count=99)
-    z = (data.empirical - data.theoretical) / data.stderr
-    assert np.abs(z).max() < 4.0
-    wrong = analysis.quantiles(sample, mean=1.0, deviation=2.1, count=99)
-    assert np.abs((wrong.empirical - wrong.theoretical) / wrong.stderr).max() > 4.0
-
-
 @pytest.mark.parametrize(
     ("call", "error", "text"),
     [
@@ -165,8 +195,17 @@ def test_quantiles_of_a_normal_sample_lie_on_the_line():
         (lambda: analysis.time_average(np.ones(9), method="guess"), ValueError, "`method` must"),
         (lambda: analysis.ensemble([1.0]), ValueError, "at least 2 replicas, got 1"),
         (lambda: analysis.combine([]), ValueError, "`estimates` must not be empty"),
+        (
+            lambda: analysis.homogeneity([analysis.Estimate(1.0, 1.0)]),
+            ValueError,
+            "at least 2, got",
+        ),
+        (
+            lambda: analysis.homogeneity([analysis.Estimate(1.0, 0.0)] * 2),
+            ValueError,
+            "`estimates` must all have stderr > 0",
+        ),
         (lambda: analysis.bonferroni([1.5]), ValueError, "`p_values` must lie"),
-        (lambda: analysis.quantiles([1.0, 2.0], deviation=0.0), ValueError, "`deviation`"),
         (lambda: analysis.Estimate(1.0, 1.0).interval(2.0), ValueError, "`confidence`"),
     ],
 )

@@ -57,6 +57,23 @@ def test_round_trip(tmp_path, si, dimension):
     assert sdpd.Scene.from_toml(read.scene) == sim.scene
 
 
+def test_time_between_frames(tmp_path):
+    sim = small()
+    trajectory = sdpd.Trajectory(tmp_path / "a.h5md", every=5)
+    sim.run(steps=10, observe=trajectory)
+    read = sdpd.h5md.read(trajectory.path)
+    assert read.dt == pytest.approx(5 * sim.dt)
+    sim.run(steps=9, observe=trajectory, every=9)  # its own `every` goes first
+    assert sdpd.h5md.read(trajectory.path).dt == pytest.approx(5 * sim.dt)
+    uneven = sdpd.Trajectory(tmp_path / "b.h5md")
+    sim.run(steps=3, observe=uneven, every=3)
+    with pytest.raises(ValueError, match="`dt` needs at least 2 frames, got 1"):
+        sdpd.h5md.read(uneven.path).dt  # noqa: B018
+    sim.run(steps=20, observe=uneven, every=5)
+    with pytest.raises(ValueError, match="`dt` needs equally spaced frames, got spacings from"):
+        sdpd.h5md.read(uneven.path).dt  # noqa: B018
+
+
 def test_single_precision_and_compression(tmp_path):
     sim = small()
     _, frames = recorded(sim, tmp_path / "a.h5md", compression=4)

@@ -112,6 +112,73 @@ def test_bias_of_the_kernel_density(kernel, dimension, ratio, x, z, bias):
     assert fluid(kernel, dimension, ratio, x, z).bias() == pytest.approx(bias, rel=0.02)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(
+    ("x", "z", "slope"), [(80.0, 80.0, 0.0), (80.0, 0.0, 80.0), (60.0, 9.0, 3)]
+)
+def test_integrals_against_adaptive_quadrature(dimension, x, z, slope):
+    """Variance, bias and virial pressure written from the free energy, by another quadrature."""
+    from scipy import integrate
+
+    kernel, support = "wendland_c4", 2.7
+    model = fluid(kernel, dimension, support, x, z)
+
+    def response(k, density):
+        """n beta (2 u' What + n u'' What^2), beta P = z + x (n - 1) + slope (n - 1)^2/2."""
+        w = float(theory.kernel_transform(kernel, dimension, k * support))
+        pressure = z + x * (density - 1.0) + 0.5 * slope * (density - 1.0) ** 2
+        stiffness = x + slope * (density - 1.0)
+        ratio = pressure / density
+        return 2.0 * ratio * w + (stiffness - 2.0 * ratio) * w**2
+
+    def integral(function):
+        surface = (
+            (lambda k: k / (2.0 * math.pi))
+            if dimension == 2
+            else (lambda k: k**2 / (2.0 * math.pi**2))
+        )
+        return sum(
+            integrate.quad(lambda k: surface(k) * function(k), a, a + 4.0, epsrel=1e-10)[0]
+            for a in range(0, 40, 4)
+        )
+
+    def transform(k):
+        return float(theory.kernel_transform(kernel, dimension, k * support))
+
+    variance = integral(lambda k: transform(k) ** 2 / (1.0 + response(k, 1.0)))
+    assert model.variance() == pytest.approx(variance, rel=1e-6)
+    bias = integral(lambda k: transform(k) / (1.0 + response(k, 1.0)))
+    assert model.bias() == pytest.approx(bias, rel=1e-4)
+
+    def free_energy(density):
+        return 0.5 * integral(lambda k: math.log1p(response(k, density)))
+
+    step = 1e-3
+    slope_of_f = (free_energy(1.0 + step) - free_energy(1.0 - step)) / (2.0 * step)
+    pressure = 1.0 + z + slope_of_f - free_energy(1.0)
+    ours = model.virial_pressure(thermal_energy=1.0, stiffness_slope=slope)
+    assert ours == pytest.approx(pressure, rel=2e-5)
+    assert abs(ours - 1.0 - z) > 0.2  # the fluctuations have a share
+    assert model.virial_pressure(thermal_energy=2.5, stiffness_slope=slope) == pytest.approx(
+        2.5 * ours
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "slope"),
+    [
+        ("ideal_gas", [10.0], 0.0),
+        ("artificial_compressibility", [2.0, 10.0], 50.0),
+        ("tait", [2.0, 10.0, 7.0, 3.0], 300.0),
+        ("polynomial", [0.0, 0.0, 0.0, 5.0], 60.0),
+    ],
+)
+def test_slope_of_the_stiffness(kind, parameters, slope):
+    """m rho/(kB T) d2P/drho2."""
+    found = theory.stiffness_slope(kind, parameters, density=2.0, mass=3.0, thermal_energy=6.0)
+    assert found == pytest.approx(slope, rel=1e-6, abs=1e-6)
+
+
 def test_ratio_to_landau_lifshitz_of_the_2d_quintic():
     ratio = fluid("quintic_spline", 2, 3.0, 900, 900).landau_lifshitz_ratio()
     assert ratio == pytest.approx(0.2150, abs=1e-4)
@@ -221,6 +288,12 @@ def test_reduced_equation_of_state():
         (lambda: fluid("lucy", 3, 0.0, 1.0, 1.0), "`support` must be finite and > 0"),
         (lambda: fluid("lucy", 3, 3.0, -1.0, 1.0), "`stiffness` must be finite and >= 0"),
         (lambda: fluid("lucy", 3, 3.0, 0.0, 0.0).acoustic_factor(), "`stiffness` must be > 0"),
+        (
+            lambda: fluid("lucy", 3, 3.0, 1.0, 0.0).virial_pressure(
+                thermal_energy=0.0, stiffness_slope=0.0
+            ),
+            "`thermal_energy` must be finite and > 0",
+        ),
         (lambda: fluid("lucy", 3, 3.0, 1.0, 0.0).correlation(-1.0), "`distance` must be"),
         (
             lambda: theory.cell_count_variance(

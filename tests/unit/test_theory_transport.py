@@ -79,6 +79,36 @@ def test_self_diffusion_factor(kernel, factors):
         assert schmidt == pytest.approx(5.0 / (3.0 * diffusion))
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_plane_waves_against_adaptive_quadrature(kernel, dimension):
+    """Over the ball in spherical coordinates, wave along the axis, nothing shared with the code."""
+    from scipy import integrate
+
+    model = friction(kernel, dimension, support=1.7, density=1.3, bulk_viscosity=0.4)
+    across, along = model.coefficients
+    for k in (0.6, 4.0):
+
+        def integrand(angle, r, k, power):
+            _, f = kernels.evaluate(kernel, dimension, np.array([r]), 1.7)
+            axis = np.cos(angle)
+            # mean over the direction of the polarisation across the wave: sin^2/(D - 1)
+            square = axis**2 if power == "along" else np.sin(angle) ** 2 / (dimension - 1.0)
+            surface = 2.0 * r if dimension == 2 else 2.0 * math.pi * r**2 * np.sin(angle)
+            return float(f[0]) * (across + along * square) * (1 - np.cos(k * r * axis)) * surface
+
+        for ours, power in zip(model.plane_wave_rates(k), ("across", "along"), strict=True):
+            exact, _ = integrate.dblquad(
+                integrand, 0.0, 1.7, 0.0, math.pi, args=(k, power), epsabs=1e-7, epsrel=1e-7
+            )
+            assert float(ours) == pytest.approx(exact / 1.3, rel=2e-6)
+
+
+def test_kinetic_viscosity():
+    model = friction(support=2.65, shear_viscosity=20.0)
+    assert model.kinetic_viscosity(thermal_energy=1.0, mass=1.0) == pytest.approx(0.0075, abs=1e-4)
+
+
 def test_self_diffusion_of_a_simulated_state():
     model = friction(support=2.65, shear_viscosity=20.0)
     assert model.self_diffusion(thermal_energy=1.0, mass=1.0) == pytest.approx(0.01505, abs=1e-5)

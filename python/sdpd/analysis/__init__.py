@@ -7,6 +7,7 @@ Positions for displacements are unwrapped; for structure they may be wrapped or 
 from __future__ import annotations
 
 from .blocked import BlockedFunction, Profile
+from .cells import CellCorrelation, cell_correlation, local_profile
 from .correlation import Correlation, autocorrelation, cross_correlation, msd, vacf
 from .currents import (
     CurrentCorrelations,
@@ -23,7 +24,17 @@ from .diffusion import (
     running_diffusion,
     short_time_diffusion,
 )
-from .estimate import Bonferroni, Estimate, bonferroni, combine, ensemble, jackknife
+from .distributions import QuantileData, probability_density, quantiles
+from .estimate import (
+    Bonferroni,
+    Estimate,
+    Homogeneity,
+    bonferroni,
+    combine,
+    ensemble,
+    homogeneity,
+    jackknife,
+)
 from .fourier import (
     StructureFactor,
     allowed_wave_vectors,
@@ -34,12 +45,20 @@ from .fourier import (
 from .statistics import (
     AutocorrelationTime,
     Blocking,
-    QuantileData,
     block_average,
     blocking,
     integrated_autocorrelation_time,
-    quantiles,
     time_average,
+)
+from .stress import (
+    VirialPressure,
+    bulk_component,
+    einstein_viscosity,
+    green_kubo_viscosity,
+    helfand_increments,
+    running_viscosity,
+    stress_autocorrelation,
+    virial_pressure,
 )
 from .structure import (
     SpatialCorrelation,
@@ -55,9 +74,11 @@ __all__ = [
     "BlockedFunction",
     "Blocking",
     "Bonferroni",
+    "CellCorrelation",
     "Correlation",
     "CurrentCorrelations",
     "Estimate",
+    "Homogeneity",
     "Profile",
     "QuantileData",
     "ShortTimeDiffusion",
@@ -65,33 +86,45 @@ __all__ = [
     "SpatialCorrelation",
     "SphericalModel",
     "StructureFactor",
+    "VirialPressure",
     "allowed_wave_vectors",
     "autocorrelation",
     "block_average",
     "blocking",
     "bonferroni",
+    "bulk_component",
+    "cell_correlation",
     "cell_variance",
     "combine",
     "cross_correlation",
     "current_correlations",
     "einstein_diffusion",
+    "einstein_viscosity",
     "ensemble",
     "fit_sound",
     "fit_spherical_model",
     "fit_transverse",
     "fourier_components",
     "green_kubo_diffusion",
+    "green_kubo_viscosity",
+    "helfand_increments",
+    "homogeneity",
     "integrated_autocorrelation_time",
     "jackknife",
     "local_diffusivity",
+    "local_profile",
     "msd",
+    "probability_density",
     "quantiles",
     "radial_distribution",
     "running_diffusion",
+    "running_viscosity",
     "semivariogram",
     "short_time_diffusion",
     "spatial_correlation",
+    "stress_autocorrelation",
     "structure_factor",
     "time_average",
     "vacf",
+    "virial_pressure",
 ]

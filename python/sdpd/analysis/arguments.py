@@ -19,6 +19,7 @@ __all__ = [
     "frames",
     "integer",
     "non_negative",
+    "particle_values",
     "positive",
     "real_array",
     "trajectory",
@@ -69,6 +70,16 @@ def frames(name: str, value: ArrayLike) -> NDArray[Any]:
     """Return `value` as (T, N, D); one configuration (N, D) is taken as T = 1."""
     array = real_array(name, value, (2, 3))
     return array[None] if array.ndim == 2 else array
+
+
+def particle_values(name: str, value: ArrayLike, rows: int, count: int) -> Array:
+    """Return a property of N particles in T frames as (T, N, C); one frame may lack its axis."""
+    array = real_array(name, value, (1, 2, 3))
+    if rows == 1 and array.shape[:1] == (count,) and array.ndim < 3:
+        array = array[None]
+    if array.ndim < 2 or array.shape[:2] != (rows, count):
+        raise ValueError(f"`{name}` must start with shape ({rows}, {count}), got {array.shape}")
+    return np.asarray(array.reshape(rows, count, -1), dtype=np.float64)
 
 
 def box_lengths(value: ArrayLike, dimension: int) -> Array:

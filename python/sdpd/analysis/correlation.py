@@ -8,13 +8,14 @@ Tildesley, *Computer Simulation of Liquids*, 2nd ed., 2017, sec. 8.3.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .arguments import Array, positive, real_array, trajectory
+from .arguments import window as checked_window
 from .blocked import BlockedFunction
 from .lagged_products import BlockPlan, block_plan, product_sums, squared_displacements
 
@@ -24,6 +25,9 @@ __all__ = ["Correlation", "autocorrelation", "cross_correlation", "msd", "vacf"]
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Correlation(BlockedFunction):
     """A function of lag with its standard error and the blocks behind it.
+
+    Lags ascend and need not be equally spaced: those of the correlators inside the loop are linear
+    first and then coarser.
 
     Attributes
     ----------
@@ -43,12 +47,76 @@ class Correlation(BlockedFunction):
     dimension: int = 1
 
     @property
+    def resolution(self) -> float:
+        """Smallest spacing of the lags [time]."""
+        return float(np.min(np.diff(self.lag)))
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether the lags are equally spaced."""
+        spacing = np.diff(self.lag)
+        return bool(np.allclose(spacing, spacing[0], rtol=1e-6, atol=0.0))
+
+    @property
     def step(self) -> float:
-        """Spacing of the lags [time]."""
-        return float(self.lag[1] - self.lag[0])
+        """Spacing of equally spaced lags [time].
+
+        Raises
+        ------
+        ValueError
+            If they are not equally spaced; `resolution` is their smallest spacing.
+        """
+        if not self.is_uniform:
+            raise ValueError("`lag` must be equally spaced for a step, these lags grow coarser")
+        return self.resolution
+
+    def lags_within(self, window: tuple[float, float], *, least: int = 1) -> NDArray[np.intp]:
+        """Indices of the lags in a closed interval (start, stop) [time].
+
+        Raises
+        ------
+        ValueError
+            If the window leaves the range of the lags or holds fewer than `least` of them.
+        """
+        start, stop = checked_window("window", window, high=float(self.lag[-1]))
+        slack = 1e-9 * float(self.lag[-1])
+        inside = np.flatnonzero((self.lag >= start - slack) & (self.lag <= stop + slack))
+        if inside.size < least:
+            raise ValueError(
+                f"`window` must hold at least {least} lags, got {inside.size} between "
+                f"{start:.6g} and {stop:.6g}; the closest lags are {self.resolution:.6g} apart"
+            )
+        return inside
+
+    def between(self, start: float, stop: float) -> Correlation:
+        """Part of the function with ``start <= lag <= stop`` [time].
+
+        Raises
+        ------
+        ValueError
+            If the interval leaves the range of the lags or holds fewer than two of them.
+        """
+        return self.at_lags(self.lags_within((start, stop), least=2))
+
+    def at_lags(self, index: ArrayLike) -> Correlation:
+        """Part of the function at some of its lags, given by their (ascending) indices."""
+        chosen = np.asarray(index)
+        return replace(
+            self,
+            lag=self.lag[chosen],
+            blocks=self.blocks[:, chosen],
+            block_counts=self.block_counts[:, chosen],
+        )
 
     def normalized(self) -> tuple[Array, Array]:
-        """Return ``mean / mean[0]`` and its jackknife standard error, shapes (L,)."""
+        """Return ``mean / mean[0]`` and its jackknife standard error, shapes (L,).
+
+        Raises
+        ------
+        ValueError
+            If the lags do not begin at 0.
+        """
+        self.require_lag_zero()
         leave = self.leave_one_out()
         ratio = leave / leave[:, :1]
         count = self.n_blocks
@@ -56,12 +124,47 @@ class Correlation(BlockedFunction):
         return self.mean / self.mean[0], np.sqrt((count - 1) / count * spread)
 
     def integral(self) -> Correlation:
-        """Integrate from lag 0 by the trapezoidal rule, cut off at each lag [quantity x time]."""
-        whole, leave = _running_integral(self.lag, self.mean), self.leave_one_out()
+        """Integrate from lag 0 by the trapezoidal rule, cut off at each lag [quantity x time].
+
+        Where lags grow coarser the rule does too: choose them so that the function is smooth
+        between its lags.
+
+        Raises
+        ------
+        ValueError
+            If the lags do not begin at 0.
+        """
+        self.require_lag_zero()
+        return self.transformed(lambda mean: _running_integral(self.lag, mean))
+
+    def transformed(self, function: Callable[[Array], Array]) -> Correlation:
+        """Apply a function of the whole curve, errors by jackknife pseudo-values.
+
+        Parameters
+        ----------
+        function : callable
+            Takes arrays of shape (..., L) to arrays of the same shape.
+        """
+        whole, leave = function(self.mean), function(self.leave_one_out())
         number = self.n_blocks
-        pseudo = number * whole - (number - 1) * _running_integral(self.lag, leave)
+        pseudo = number * whole - (number - 1) * leave
         pseudo += whole - pseudo.mean(axis=0)
         return replace(self, blocks=pseudo, block_counts=np.ones_like(pseudo))
+
+    def scaled(self, factor: ArrayLike) -> Correlation:
+        """Multiply by an exactly known number, or by one for each lag."""
+        return replace(self, blocks=self.blocks * np.asarray(factor, dtype=np.float64))
+
+    def require_lag_zero(self) -> None:
+        """Refuse a function whose lags do not begin at 0.
+
+        Raises
+        ------
+        ValueError
+            If they do not.
+        """
+        if abs(float(self.lag[0])) > 1e-9 * float(self.lag[-1]):
+            raise ValueError(f"`lag` must begin at 0, got {self.lag[0]:.6g}")
 
     @classmethod
     def merge(cls, members: Sequence[Correlation]) -> Correlation:
@@ -77,7 +180,9 @@ class Correlation(BlockedFunction):
             raise ValueError("`members` must not be empty")
         first = members[0]
         for other in members[1:]:
-            same = other.lag.shape == first.lag.shape and np.allclose(other.lag, first.lag)
+            same = other.lag.shape == first.lag.shape and np.allclose(
+                other.lag, first.lag, rtol=1e-9, atol=0.0
+            )
             if not same or other.dimension != first.dimension:
                 raise ValueError("`members` must have the same lags and dimension")
         return cls(

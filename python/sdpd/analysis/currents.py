@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arguments import Array, box_lengths, choice, positive, trajectory
-from .arguments import window as checked_window
 from .correlation import Correlation, assemble
 from .estimate import Estimate
 from .fourier import fourier_components, integer_vectors
@@ -152,7 +151,7 @@ def fit_transverse(
     Raises
     ------
     ValueError
-        If the window holds fewer than 3 lags.
+        If the window holds fewer than 3 lags, or the lags do not begin at 0.
 
     Notes
     -----
@@ -208,7 +207,8 @@ def fit_sound(
     Raises
     ------
     ValueError
-        If the window holds fewer than 4 lags, or no guess is given and the function has no zero.
+        If the window holds fewer than 4 lags, the lags do not begin at 0, or no guess is given and
+        the function has no zero.
     """
     from sdpd.theory.hydrodynamics import damped_wave
 
@@ -286,16 +286,13 @@ def _by_shell(
 def _fit_lags(
     correlation: Correlation, window: tuple[float, float] | None, floor: float
 ) -> NDArray[Any]:
+    correlation.require_lag_zero()  # the fits are normalised by its value there
     if window is None:
         below = np.flatnonzero(correlation.mean < floor * correlation.mean[0])
         stop = int(below[0]) if below.size else correlation.lag.size - 1
         inside = np.arange(stop + 1)
     else:
-        start, end = checked_window("window", window, high=float(correlation.lag[-1]))
-        slack = 1e-9 * end
-        inside = np.flatnonzero(
-            (correlation.lag >= start - slack) & (correlation.lag <= end + slack)
-        )
+        inside = correlation.lags_within(window)
     if inside.size < 3:
         raise ValueError(f"`window` must hold at least 3 lags, got {inside.size}")
     return inside
@@ -308,7 +305,8 @@ def _wave_guess(correlation: Correlation, kind: str) -> tuple[float, float]:
     if not crossed.size:
         raise ValueError(f"`guess` must be given: the {kind} correlation has no zero in its lags")
     zero = float(correlation.lag[crossed[0]])
-    lowest = int(np.argmin(y[: min(3 * crossed[0], y.size)]))
+    early = correlation.lag < 3.0 * zero  # whatever the spacing of the lags
+    lowest = int(np.argmin(y[early]))
     depth = min(max(-float(y[lowest]), 1e-3), 0.999)
     frequency = 0.5 * np.pi / zero
     damping = -np.log(depth) / max(float(correlation.lag[lowest]), zero)

@@ -14,16 +14,15 @@ from numpy.typing import ArrayLike
 from .arguments import (
     Array,
     box_lengths,
-    choice,
     edges,
     integer,
     positive,
     trajectory,
 )
-from .arguments import window as checked_window
 from .blocked import Profile
 from .correlation import Correlation
 from .estimate import Estimate
+from .slope import fitted_slope
 
 __all__ = [
     "ShortTimeDiffusion",
@@ -104,23 +103,7 @@ def einstein_diffusion(
     .. [1] Qian, Sheetz and Elson, Biophys. J. 60, 910 (1991).
     .. [2] Bullerjahn, von Bülow and Hummer, J. Chem. Phys. 153, 024116 (2020).
     """
-    choice("weights", weights, ("brownian", "generalized", "uniform"))
-    start, stop = checked_window("window", window, high=float(msd.lag[-1]))
-    slack = 1e-9 * float(msd.lag[-1])
-    inside = np.flatnonzero((msd.lag >= start - slack) & (msd.lag <= stop + slack))
-    if inside.size < 2:
-        raise ValueError(
-            f"`window` must hold at least 2 lags of spacing {msd.step:.6g}, got ({start:.6g}, "
-            f"{stop:.6g})"
-        )
-    lag = msd.lag[inside]
-    rows = np.maximum(np.rint(lag / msd.step), 1.0)  # lags need not be equally spaced
-    combination = _slope_weights(lag, rows, weights)
-    factor = 1.0 / (2.0 * msd.dimension)
-    return msd.derive(
-        lambda mean: factor * float(combination @ mean[inside]),
-        window=(float(lag[0]), float(lag[-1])),
-    )
+    return fitted_slope(msd, window=window, weights=weights, factor=0.5 / msd.dimension)
 
 
 def green_kubo_diffusion(vacf: Correlation, *, cutoff: float | None = None) -> Estimate:
@@ -142,27 +125,29 @@ def green_kubo_diffusion(vacf: Correlation, *, cutoff: float | None = None) -> E
     Raises
     ------
     ValueError
-        If `cutoff` is not within the lags or leaves fewer than 3 of them.
+        If `cutoff` is not within the lags or leaves fewer than 3 of them, or these do not begin
+        at 0.
 
     Notes
     -----
     .. math:: D = \int_0^{t_c} C(t)\,dt, \qquad
               C(t) = \tfrac1D\langle\mathbf v_i(0)\cdot\mathbf v_i(t)\rangle
 
-    by Simpson's rule: the trapezoidal rule is too high by (dt/tau)^2/12 for C = exp(-t/tau).
+    by Simpson's rule, also on lags of unequal spacing: the trapezoidal rule is too high by
+    (dt/tau)^2/12 for C = exp(-t/tau).
     """
     from scipy import integrate
 
+    vacf.require_lag_zero()
     end = float(vacf.lag[-1]) if cutoff is None else positive("cutoff", cutoff)
     if end > float(vacf.lag[-1]) * (1.0 + 1e-9):
         raise ValueError(f"`cutoff` must be <= the last lag {vacf.lag[-1]:.6g}, got {end:.6g}")
     count = int(np.searchsorted(vacf.lag, end * (1.0 + 1e-9), side="right"))
     if count < 3:
         raise ValueError(f"`cutoff` must leave at least 3 lags, got {count}")
-    step = vacf.step
+    lag = vacf.lag[:count]
     return vacf.derive(
-        lambda mean: float(integrate.simpson(mean[:count], dx=step)),
-        window=(0.0, float(vacf.lag[count - 1])),
+        lambda mean: float(integrate.simpson(mean[:count], x=lag)), window=(0.0, float(lag[-1]))
     )
 
 
@@ -210,7 +195,8 @@ def short_time_diffusion(
     Raises
     ------
     ValueError
-        If a parameter is out of range, or C is not positive at the lags used.
+        If a parameter is out of range, C is not positive at the lags used, or these do not begin
+        at 0.
 
     Notes
     -----
@@ -218,6 +204,7 @@ def short_time_diffusion(
     extrapolation removes the finite lag, not the finite time step of the integrator: resolve the
     decay with steps <= tau/2 and keep ``n_lags dt`` at or below tau.
     """
+    vacf.require_lag_zero()
     integer("n_lags", n_lags, low=1, high=vacf.lag.size - 1)
     integer("order", order, low=0, high=n_lags - 1)
     if velocity_variance is not None:
@@ -330,16 +317,3 @@ def local_diffusivity(
         counts[block] += np.bincount(index[inside], minlength=size)
     factor = 1.0 / (2.0 * len(chosen) * lag * float(dt))
     return Profile.from_sums(limits, factor * sums, counts, (lag * float(dt), lag * float(dt)))
-
-
-def _slope_weights(lag: Array, rows: Array, weights: str) -> Array:
-    """Vector w with ``w @ msd`` the fitted slope; `rows` are the lags in rows."""
-    design = np.stack([np.ones_like(lag), lag], axis=1)
-    low, high = np.minimum.outer(rows, rows), np.maximum.outer(rows, rows)
-    covariance = (high - low + 1.0) * low**2 + low * (low - 1.0) * (2.0 * low - 1.0) / 3.0
-    if weights == "uniform":
-        covariance = np.eye(lag.size)
-    elif weights == "brownian":
-        covariance = np.diag(np.diag(covariance))
-    solved = np.linalg.solve(covariance / covariance.max(), design)
-    return np.asarray(np.linalg.solve(design.T @ solved, solved.T)[1])

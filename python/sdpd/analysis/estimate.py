@@ -5,13 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arguments import Array, choice, finite, integer, real_array
 
-__all__ = ["Bonferroni", "Estimate", "bonferroni", "combine", "ensemble", "jackknife"]
+__all__ = [
+    "Bonferroni",
+    "Estimate",
+    "Homogeneity",
+    "bonferroni",
+    "combine",
+    "ensemble",
+    "homogeneity",
+    "jackknife",
+]
 
 
 @dataclass(frozen=True)
@@ -73,6 +83,11 @@ class Estimate:
         factor = stats.t.isf(tail, freedom) if math.isfinite(freedom) else stats.norm.isf(tail)
         return self.value - float(factor) * self.stderr, self.value + float(factor) * self.stderr
 
+    @classmethod
+    def merge(cls, members: Sequence[Estimate], *, weights: str = "equal") -> Estimate:
+        """Pool estimates of independent runs: :func:`sdpd.analysis.combine`."""
+        return combine(members, weights=weights)
+
     def scaled(self, factor: float) -> Estimate:
         """Multiply by an exactly known factor."""
         return replace(self, value=self.value * factor, stderr=self.stderr * abs(factor))
@@ -113,13 +128,43 @@ class Bonferroni:
     smallest: float
 
 
-def ensemble(values: ArrayLike, *, window: tuple[float, float] | None = None) -> Estimate:
+@dataclass(frozen=True)
+class Homogeneity:
+    """Whether independent estimates agree with each other.
+
+    Attributes
+    ----------
+    chi_square : float
+        Sum of the squared distances from the mean weighted by inverse variances, in standard
+        errors [1].
+    freedom : int
+        Its expectation where all agree, one less than there are estimates.
+    p : float
+        Probability of a spread at least as large, by Welch's test: errors are themselves estimates.
+    mean : float
+        The weighted mean.
+    """
+
+    chi_square: float
+    freedom: int
+    p: float
+    mean: float
+
+    def agrees(self, *, level: float = 1e-3) -> bool:
+        """Whether agreement is not rejected at the significance `level`."""
+        return self.p >= level
+
+
+def ensemble(
+    values: ArrayLike | Sequence[Estimate], *, window: tuple[float, float] | None = None
+) -> Estimate:
     """Mean over independent replicas with the standard error of their spread.
 
     Parameters
     ----------
-    values : array_like, shape (R,)
-        One number per replica, R >= 2, any unit.
+    values : array_like, shape (R,), or sequence of Estimate
+        One number per replica, R >= 2, any unit. The replicas' own errors are not used: see
+        :func:`homogeneity` for whether they explain the spread.
     window : tuple of float, optional
         Sampling window to carry along.
 
@@ -132,7 +177,13 @@ def ensemble(values: ArrayLike, *, window: tuple[float, float] | None = None) ->
     ValueError
         If fewer than two finite values are given.
     """
-    data = real_array("values", values, 1).astype(np.float64)
+    numbers: Any = values
+    members = [v for v in values if isinstance(v, Estimate)] if isinstance(values, Sequence) else []
+    if members and len(members) == len(numbers):
+        windows = {member.window for member in members}
+        window = windows.pop() if window is None and len(windows) == 1 else window
+        numbers = [member.value for member in members]
+    data = real_array("values", numbers, 1).astype(np.float64)
     if data.size < 2:
         raise ValueError(f"`values` must hold at least 2 replicas, got {data.size}")
     stderr = float(data.std(ddof=1)) / math.sqrt(data.size)
@@ -183,6 +234,64 @@ def combine(estimates: Sequence[Estimate], *, weights: str = "equal") -> Estimat
         variance**2 / spread + 1.0 if spread > 0.0 else math.inf,
         windows.pop() if len(windows) == 1 else None,
     )
+
+
+def homogeneity(estimates: Sequence[Estimate]) -> Homogeneity:
+    """Test whether independent estimates of one quantity agree with each other.
+
+    Parameters
+    ----------
+    estimates : sequence of Estimate
+        At least two, each with ``stderr > 0``; independent of each other.
+
+    Returns
+    -------
+    Homogeneity
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two, or one has no error.
+
+    Notes
+    -----
+    With exactly known errors the sum of squares is a chi-square. Errors from B blocks make its tail
+    heavier, which Welch's F accounts for [1]_; it is the chi-square test as all B grow. Runs whose
+    errors come from blocks too short for their correlation time fail here.
+
+    References
+    ----------
+    .. [1] Welch, Biometrika 38, 330 (1951).
+
+    Examples
+    --------
+    >>> from sdpd.analysis import Estimate, homogeneity
+    >>> test = homogeneity([Estimate(1.0, 0.1, 32), Estimate(1.1, 0.1, 32), Estimate(0.9, 0.1, 32)])
+    >>> round(test.chi_square, 9), test.freedom, test.agrees()
+    (2.0, 2, True)
+    """
+    from scipy import stats
+
+    members = list(estimates)
+    count = len(members)
+    if count < 2:
+        raise ValueError(f"`estimates` must hold at least 2, got {count}")
+    values = np.array([e.value for e in members])
+    errors = np.array([e.stderr for e in members])
+    if not (errors > 0.0).all():
+        raise ValueError("`estimates` must all have stderr > 0")
+    share = errors**-2.0 / np.sum(errors**-2.0)
+    mean = float(share @ values)
+    chi_square = float(np.sum(((values - mean) / errors) ** 2))
+    freedoms = np.array([max(e.n_effective - 1.0, 1.0) for e in members])
+    looseness = float(np.sum((1.0 - share) ** 2 / freedoms))
+    if looseness == 0.0:
+        p = float(stats.chi2.sf(chi_square, count - 1))
+    else:
+        ratio = chi_square / (count - 1)
+        ratio /= 1.0 + 2.0 * (count - 2) / (count**2 - 1.0) * looseness
+        p = float(stats.f.sf(ratio, count - 1, (count**2 - 1.0) / (3.0 * looseness)))
+    return Homogeneity(chi_square, count - 1, p, mean)
 
 
 def jackknife(leave_one_out: ArrayLike, value: float) -> tuple[float, float]:

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import Array, box_lengths, frames, integer, positive, real_array
+from .arguments import Array, box_lengths, frames, integer, particle_values, positive, real_array
 from .blocked import BlockedFunction, block_index
+from .cells import cell_index
 from .estimate import Estimate
 
 __all__ = [
@@ -233,16 +234,13 @@ def cell_variance(
     if len(shape) != dimension or total < 2:
         raise ValueError(f"`cells` must be {dimension} counts, more than one cell, got {shape}")
     integer("n_blocks", n_blocks, low=2, high=rows)
-    weights = np.ones((rows, count, 1)) if value is None else real_array("value", value, (2, 3))
-    if weights.shape[:2] != (rows, count):
-        raise ValueError(f"`value` must start with shape ({rows}, {count}), got {weights.shape}")
-    weights = weights.reshape(rows, count, -1)
+    if value is None:
+        weights = np.ones((rows, count, 1))
+    else:
+        weights = particle_values("value", value, rows, count)
     variance = np.empty(rows)
     for row in range(rows):
-        share = data[row].astype(np.float64) / lengths
-        share -= np.floor(share)
-        index = np.minimum((share * shape).astype(np.int64), np.array(shape) - 1)
-        flat = np.ravel_multi_index(tuple(index.T), shape)
+        flat = cell_index(data[row], lengths, tuple(shape))
         sums = [np.bincount(flat, weights[row, :, c], total) for c in range(weights.shape[2])]
         mean = weights[row].sum(axis=0) / total
         variance[row] = np.mean((np.array(sums) - mean[:, None]) ** 2)

@@ -1,7 +1,7 @@
 """Estimates with standard errors from correlated samples.
 
 Blocking after Flyvbjerg and Petersen (1989), integrated autocorrelation time after Madras and
-Sokal (1988), quantile-quantile data.
+Sokal (1988).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arguments import Array, choice, finite, integer, positive, real_array
+from .arguments import Array, choice, integer, positive, real_array
 from .estimate import Bonferroni, Estimate, bonferroni, combine, ensemble, jackknife
 
 __all__ = [
@@ -20,7 +20,6 @@ __all__ = [
     "Blocking",
     "Bonferroni",
     "Estimate",
-    "QuantileData",
     "block_average",
     "blocking",
     "bonferroni",
@@ -28,7 +27,6 @@ __all__ = [
     "ensemble",
     "integrated_autocorrelation_time",
     "jackknife",
-    "quantiles",
     "time_average",
 ]
 
@@ -77,26 +75,6 @@ class Blocking:
     stderr_error: Array
     plateau: int | None
     estimate: Estimate
-
-
-@dataclass(frozen=True)
-class QuantileData:
-    """Points of a quantile-quantile plot.
-
-    Attributes
-    ----------
-    theoretical, empirical : ndarray, shape (Q,)
-        Quantiles of the distribution and of the sample (same unit).
-    probability : ndarray, shape (Q,)
-        Probability of each point.
-    stderr : ndarray, shape (Q,)
-        Standard error of the empirical quantile for independent samples.
-    """
-
-    theoretical: Array
-    empirical: Array
-    probability: Array
-    stderr: Array
 
 
 def block_average(series: ArrayLike, *, n_blocks: int = 32) -> Estimate:
@@ -273,43 +251,3 @@ def time_average(series: ArrayLike, *, method: str = "autocorrelation") -> Estim
     independent = min(max(tau.n_effective, 1.0), float(data.size))
     stderr = float(data.std(ddof=1)) / math.sqrt(independent)
     return Estimate(float(data.mean()), stderr, independent, span)
-
-
-def quantiles(
-    samples: ArrayLike, *, mean: float = 0.0, deviation: float = 1.0, count: int = 199
-) -> QuantileData:
-    """Quantile-quantile data of a sample against a normal distribution.
-
-    Parameters
-    ----------
-    samples : array_like
-        Any shape, flattened; independent samples, any unit.
-    mean, deviation : float
-        The normal distribution to compare with, same unit, deviation > 0.
-    count : int
-        Number of quantiles, at probabilities ``(1 .. count) / (count + 1)``.
-
-    Returns
-    -------
-    QuantileData
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two finite samples or a parameter is out of range.
-    """
-    from scipy import stats
-
-    data = real_array("samples", np.ravel(np.asarray(samples)), 1).astype(np.float64)
-    finite("mean", mean)
-    positive("deviation", deviation)
-    integer("count", count, low=1)
-    if data.size < 2:
-        raise ValueError(f"`samples` must hold at least 2 values, got {data.size}")
-    probability = np.arange(1, count + 1) / (count + 1.0)
-    standard = stats.norm.ppf(probability)
-    density = stats.norm.pdf(standard) / deviation
-    stderr = np.sqrt(probability * (1.0 - probability) / data.size) / density
-    return QuantileData(
-        mean + deviation * standard, np.quantile(data, probability), probability, stderr
-    )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import Array, box_lengths, edges, frames, integer, positive, real_array
+from .arguments import Array, box_lengths, edges, frames, integer, particle_values, positive
 from .blocked import Profile, block_index
 from .estimate import Estimate
 
@@ -346,14 +346,9 @@ def _distance_edges(bins: int | ArrayLike, max_distance: float | None, box: Arra
     return limits
 
 
-def _values(name: str, value: ArrayLike, rows: int, count: int, subtract: bool) -> NDArray[Any]:
-    array = real_array(name, value, (1, 2, 3))
-    if rows == 1 and array.shape[:1] == (count,) and array.ndim < 3:
-        array = array[None]
-    if array.shape[:2] != (rows, count) or array.ndim < 2:
-        raise ValueError(f"`{name}` must start with shape ({rows}, {count}), got {array.shape}")
-    array = array.reshape(rows, count, -1)
-    return array - array.mean(axis=(0, 1), dtype=np.float64) if subtract else array
+def _values(name: str, value: ArrayLike, rows: int, count: int, subtract: bool) -> Array:
+    array = particle_values(name, value, rows, count)
+    return array - array.mean(axis=(0, 1)) if subtract else array
 
 
 def _blocks(n_blocks: int, rows: int) -> int:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from .density import DensityTheory, cell_count_variance, pairing_limit, reduced_equation_of_state
+from .density import (
+    DensityTheory,
+    cell_count_variance,
+    pairing_limit,
+    reduced_equation_of_state,
+    stiffness_slope,
+)
 from .friction import FrictionTheory, friction_coefficients, viscosities
 from .hydrodynamics import HydrodynamicTheory, isothermal_sound_speed
 from .kernel_moments import friction_integral, kernel_square_integral, kernel_transform
 from .landau_lifshitz import CellVariances, cell_variances
+from .tails import finite_size_diffusion, vacf_tail
 
 __all__ = [
     "CellVariances",
@@ -15,6 +22,7 @@ __all__ = [
     "HydrodynamicTheory",
     "cell_count_variance",
     "cell_variances",
+    "finite_size_diffusion",
     "friction_coefficients",
     "friction_integral",
     "isothermal_sound_speed",
@@ -22,5 +30,7 @@ __all__ = [
     "kernel_transform",
     "pairing_limit",
     "reduced_equation_of_state",
+    "stiffness_slope",
+    "vacf_tail",
     "viscosities",
 ]

@@ -126,6 +126,17 @@ class FrictionTheory:
         validation.positive("mass", mass)
         return thermal_energy / mass / self.rate()
 
+    def kinetic_viscosity(self, *, thermal_energy: float, mass: float) -> float:
+        """Shear viscosity of the momentum that particles carry along, rho D_s/2 [pressure x time].
+
+        Kinetic theory without conservative forces (Marsh, Backx and Ernst, Phys. Rev. E 56, 1676
+        (1997); Groot and Warren 1997): the kinetic stress decays at twice the friction rate. It
+        adds to the input viscosity; both parts of a fluid under pressure differ from it, as the
+        conservative stress of the thermal motion adds as well.
+        """
+        diffusion = self.self_diffusion(thermal_energy=thermal_energy, mass=mass)
+        return 0.5 * self.density * diffusion
+
     def self_diffusion_factor(self) -> float:
         """K of ``D_self = K h^2 rho kB T/(m eta)`` [1]; Lucy 1/20 in 2D, 3/70 in 3D at zeta = 0."""
         return self.shear_viscosity / (self.rate() * self.density * self.support**2)
