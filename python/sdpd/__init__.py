@@ -106,6 +106,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "load": ("sdpd.checkpoint", "load"),
     "observers": ("sdpd.observers", None),
     "simulation": ("sdpd.simulation", None),
+    "viscosity": ("sdpd.viscosity", None),
 }
 
 

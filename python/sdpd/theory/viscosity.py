@@ -111,6 +111,11 @@ class ViscosityTheory:
             return float(self._weight @ self._overlap(self._decay, self._decay))
         return self._at(k)
 
+    @property
+    def stress_time(self) -> float:
+        """Mean relaxation time of the stress by pressure forces [time]."""
+        return self.configurational() / float(self._weight.sum())
+
     def remaining(self, lag: ArrayLike) -> Array:
         """Share of `configurational()` that builds up beyond a lag [time], any shape [1]."""
         t = np.asarray(lag, dtype=np.float64)
