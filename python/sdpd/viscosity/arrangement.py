@@ -99,7 +99,7 @@ class Arrangement(Observer):
         others = np.sum(square, axis=1, keepdims=True) - square
         # u runs over the axes, p over the others
         total = np.sum(others * (across[:, None] + along[:, None] * cosines))
-        return float(total) / (dimension * (dimension - 1)) / self._scene.box.volume
+        return float(total) / (dimension * (dimension - 1)) / float(self._scene.box.volume)
 
     def _wave(self, vectors: Array, r: Array, squared: Array, g: Array) -> float:
         """eta_f(k), mean over the wave vectors of one length and directions across."""

@@ -79,8 +79,7 @@ def _methods(study: Study, axes: Any) -> None:
     axes.plot(values, range(3), "|", color="0.2", markersize=16, markeredgewidth=2.0)
     mean_field = _expected(study)
     if mean_field is not None:
-        axes.axvline(mean_field, color="0.5", linestyle="--", label="with mean field of the rest")
-        axes.legend(fontsize=8, loc="upper left")
+        axes.axvline(mean_field, color="0.5", linestyle="--", zorder=1)
     for row, (method, color) in enumerate(zip(study.methods, _COLOURS, strict=True), start=3):
         found = method.viscosity.scaled(1.0 / study.asked)
         names.append(method.name)
@@ -100,7 +99,10 @@ def _methods(study: Study, axes: Any) -> None:
     )
     axes.set_yticks(range(7), names)
     axes.set_ylim(6.6, -1.2)
-    axes.set(xlabel="viscosity over that asked for", title="by method (grey: its accuracy)")
+    axes.set(
+        xlabel="viscosity over that asked for",
+        title="by method (grey: accuracy; dashed: friction and mean field)",
+    )
 
 
 def _waves(study: Study, axes: Any) -> None:
