@@ -94,12 +94,12 @@ class Arrangement(Observer):
 
     def _straight(self, r: Array, cosines: Array, across: Array, along: Array) -> float:
         """Mean over p != u of sum r_p^2 (across + along e_u^2)/V."""
-        dimension = r.shape[1]
+        dimension = self._scene.dimension
         square = r**2
         others = np.sum(square, axis=1, keepdims=True) - square
         # u runs over the axes, p over the others
         total = np.sum(others * (across[:, None] + along[:, None] * cosines))
-        return float(total) / (dimension * (dimension - 1)) / float(self._scene.box.volume)
+        return float(total) / (dimension * (dimension - 1)) / self._scene.box.volume
 
     def _wave(self, vectors: Array, r: Array, squared: Array, g: Array) -> float:
         """eta_f(k), mean over the wave vectors of one length and directions across."""
@@ -110,7 +110,7 @@ class Arrangement(Observer):
             side = (1.0 - (phase / length) ** 2 / squared) / (scene.dimension - 1)
             rate = g * (scene.friction_across + scene.friction_along * side)
             found.append(float(rate @ (2.0 - 2.0 * np.cos(phase))) / length**2)
-        return float(np.mean(found)) / float(scene.box.volume)
+        return float(np.mean(found)) / scene.box.volume
 
     @property
     def friction(self) -> Estimate:

@@ -65,10 +65,8 @@ def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
     return path
 
 
-def _expected(study: Study) -> float | None:
+def _expected(study: Study) -> float:
     """Friction and mean field over the viscosity asked for."""
-    if study.theory is None:
-        return None
     added = study.theory.configurational() + study.theory.kinetic
     return (study.friction + added) / study.asked
 
@@ -77,9 +75,7 @@ def _methods(study: Study, axes: Any) -> None:
     names = ["asked", "lattice sum", "friction"]
     values = [1.0, study.on_lattice / study.asked, study.friction / study.asked]
     axes.plot(values, range(3), "|", color="0.2", markersize=16, markeredgewidth=2.0)
-    mean_field = _expected(study)
-    if mean_field is not None:
-        axes.axvline(mean_field, color="0.5", linestyle="--", zorder=1)
+    axes.axvline(_expected(study), color="0.5", linestyle="--", zorder=1)
     for row, (method, color) in enumerate(zip(study.methods, _COLOURS, strict=True), start=3):
         found = method.viscosity.scaled(1.0 / study.asked)
         names.append(method.name)
@@ -112,11 +108,10 @@ def _waves(study: Study, axes: Any) -> None:
     friction = np.array([study.friction, *(factor * e.value for e in study.arrangement.waves)])
     k = np.array([0.0, *number])
     axes.plot(k * h, friction / asked, color="0.2", label="friction as particles lie")
-    if theory is not None:
-        added = np.array([theory.configurational(q) + theory.kinetic for q in k])
-        axes.plot(
-            k * h, (friction + added) / asked, color="0.5", linestyle="--", label="with mean field"
-        )
+    added = np.array([theory.configurational(q) + theory.kinetic for q in k])
+    axes.plot(
+        k * h, (friction + added) / asked, color="0.5", linestyle="--", label="with mean field"
+    )
     found = [shell.viscosity for shell in study.shells]
     for method, color in zip(study.methods, _COLOURS, strict=True):
         if method.name == "transverse currents":

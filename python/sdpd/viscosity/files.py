@@ -25,12 +25,9 @@ def rows(study: Study) -> list[dict[str, Any]]:
         _row("lattice decay, small dt", small.factor.scaled(study.on_lattice)),
         _row("lattice decay, this dt", step.factor.scaled(study.on_lattice)),
         _row("friction as particles lie, this dt", study.friction),
+        _row("kinetic, mean field", study.theory.kinetic),
+        _row("conservative, mean field", study.theory.configurational()),
     ]
-    if study.theory is not None:
-        found += [
-            _row("kinetic, mean field", study.theory.kinetic),
-            _row("conservative, mean field", study.theory.configurational()),
-        ]
     for method in study.methods:
         found.append(_row(method.name, method.viscosity, method.accuracy))
     found.append(_row("all", study.viscosity))

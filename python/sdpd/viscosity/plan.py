@@ -19,7 +19,7 @@ from sdpd.analysis import allowed_wave_vectors
 from sdpd.analysis.fourier import shells
 from sdpd.box import AXES, Box
 from sdpd.effects import SinusoidalForce
-from sdpd.errors import PairingWarning, ResolutionWarning
+from sdpd.errors import ResolutionWarning
 from sdpd.initial import RandomStart
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
@@ -37,6 +37,7 @@ POINTS = 64  # equally spaced lags of the correlators
 LEVELS = 3
 MOST_VECTORS = 13
 LARGEST_KH = 4.0
+FASTEST_DECAY = 1.2  # of a wave in one step
 UNRELAXED = 0.05  # share of what pressure forces add that the window may miss
 WEISSENBERG = 0.1  # shear rate of the forced flow times the relaxation time of the stress
 FASTEST = 0.25  # amplitude of the forced flow at most, in thermal speeds
@@ -108,7 +109,7 @@ def check_scene(scene: Scene) -> None:
     Raises
     ------
     ValueError
-        Without viscosity or without noise.
+        Without viscosity, without noise, or beyond the pairing limit.
     """
     active = scene.active_effects
     if not active.dissipation or scene.fluid.shear_viscosity == 0.0:
@@ -117,6 +118,12 @@ def check_scene(scene: Scene) -> None:
         raise ValueError(
             "`scene` must have thermal fluctuations, got one without: what it delivers is the "
             "lattice's, see sdpd.viscosity.measure_lattice"
+        )
+    if scene.pairing[0] >= 1.0:
+        raise ValueError(
+            "`scene` must be within the pairing limit of its kernel and equation of state, got "
+            f"X = {scene.stiffness:.4g}, {scene.pairing[0]:.3g} of it: particles clump and flow "
+            "like no fluid"
         )
 
 
@@ -150,7 +157,6 @@ def sample_scene(scene: Scene, *, particles: int | None = None) -> Scene:
     )
     with warnings.catch_warnings():  # the scene itself has warned
         warnings.simplefilter("ignore", ResolutionWarning)
-        warnings.simplefilter("ignore", PairingWarning)
         return scene.replace(
             box=box,
             resolution=resolution,
@@ -200,7 +206,7 @@ def plan_scene(
     forced = int(FORCED_SHARE * total)
     steps = total - forced
     relaxed, stress_time = _relaxation(scene, step)
-    vectors, lengths = _wave_vectors(scene)
+    vectors, lengths = _wave_vectors(scene, step)
     slowest, fastest = friction_theory(scene).plane_wave_rates(lengths)[0][[0, -1]]
     last = min(2.0 * relaxed, steps * step / (1.5 * BLOCKS))
     current = min(max(5.0 / slowest, relaxed), steps * step / (1.5 * BLOCKS))
@@ -228,22 +234,25 @@ def plan_scene(
 def _relaxation(scene: Scene, dt: float) -> tuple[float, float]:
     """Lag after which the stress has relaxed, and its mean relaxation time."""
     theory = viscosity_theory(scene, dt)
-    if theory is None:  # a guess: the time in which a pressure difference between neighbours decays
-        tau = scene.friction_time
-        time = 1.0 / (scene.stiffness * (scene.thermal_speed / scene.spacing) ** 2 * tau)
-        return 20.0 * max(time, tau), max(time, tau)
     return theory.relaxation_time(UNRELAXED), theory.stress_time
 
 
-def _wave_vectors(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """The shortest whole shells, and their wave numbers."""
+def _wave_vectors(scene: Scene, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The shortest whole shells whose decay the steps resolve, and their wave numbers."""
     box = np.asarray(scene.box.lengths)
     lowest = 2.0 * np.pi / box.max()
     reach = max(LARGEST_KH / scene.support_radius, 1.01 * lowest)
     vectors = allowed_wave_vectors(box, reach)
     number, sizes = shells(np.linalg.norm(2.0 * np.pi * vectors / box, axis=1))
     ends = np.cumsum(sizes)
-    whole = max(1, int(np.searchsorted(ends, MOST_VECTORS, side="right")))
+    decay = dt * friction_theory(scene).plane_wave_rates(number)[0]
+    if decay[0] > FASTEST_DECAY:
+        raise ValueError(
+            f"`dt` must be <= {dt * FASTEST_DECAY / decay[0]:.4g}, so that steps resolve the decay "
+            f"of the longest wave of the box, got {dt:.4g}; or take more `particles`"
+        )
+    seen = int(np.searchsorted(decay, FASTEST_DECAY, side="right"))
+    whole = min(seen, max(1, int(np.searchsorted(ends, MOST_VECTORS, side="right"))))
     return vectors[: ends[whole - 1]], number[:whole]
 
 

@@ -24,16 +24,14 @@ def friction_theory(scene: Scene) -> FrictionTheory:
     )
 
 
-def viscosity_theory(scene: Scene, dt: float) -> ViscosityTheory | None:
+def viscosity_theory(scene: Scene, dt: float) -> ViscosityTheory:
     """Mean-field viscosity of a scene at a time step of the pair splitting [time].
 
-    Returns
-    -------
-    ViscosityTheory or None
-        None beyond the pairing limit, where the approximation does not exist.
+    Raises
+    ------
+    ValueError
+        Beyond the pairing limit, where the approximation does not exist.
     """
-    if scene.pairing[0] >= 1.0:
-        return None
     density = DensityTheory(
         kernel=scene.resolution.kernel,
         dimension=scene.dimension,

@@ -39,9 +39,9 @@ def _head(study: Study) -> str:
         f"{', calibrated' if sample.calibrate else ''}\n"
         f"exact pair splitting, dt = {quantity(plan.dt, 's', si=si)} = {plan.dt / tau:.2f} tau = "
         f"{plan.dt / limit:.2f} of the acoustic limit\n"
-        f"equilibrium: {plan.steps} steps, lags {quantity(first, 's', si=si)} to "
-        f"{quantity(last, 's', si=si)} (stress), to {quantity(plan.current_lag, 's', si=si)} "
-        f"(currents); force: {plan.forced_steps} steps, amplitude "
+        f"equilibrium: {plan.steps} steps; lags {first / tau:.3g} to {last / tau:.3g} tau "
+        f"(stress), to {plan.current_lag / tau:.3g} tau (currents)\n"
+        f"force: {plan.forced_steps} steps; amplitude of the flow "
         f"{study.amplitude.value / sample.thermal_speed:.3f} v_th\n"
         f"seed {study.seed}, {study.seconds:.0f} s"
     )
@@ -65,9 +65,8 @@ def _table(study: Study) -> str:
         value = decay.factor.scaled(study.on_lattice)
         lines.append([f"lattice decay, dt = {ratio:.2g} tau", *_cells(value, asked), "", ""])
     plain("friction as particles lie, this dt", study.friction)
-    if study.theory is not None:
-        added = study.theory.configurational() + study.theory.kinetic
-        plain("  with mean field of the rest", study.friction + added)
+    added = study.theory.configurational() + study.theory.kinetic
+    plain("  with mean field of the rest", study.friction + added)
     for method in study.methods:
         measured = method.measured
         lines.append(
@@ -97,12 +96,11 @@ def _shares(study: Study) -> str:
     for name, estimate in study.stress.shares.items():
         lines.append([f"  {name}", *_cells(estimate, study.asked)])
     lines.append(["  random, delta part of C(0)", *_cells(study.stress.delta, study.asked)])
-    if study.theory is not None:
-        for name, value in (
-            ("kinetic, mean field", study.theory.kinetic),
-            ("conservative, mean field", study.theory.configurational()),
-        ):
-            lines.append([f"  {name}", f"{value:.5g}", "", f"{value / study.asked:.4f}"])
+    for name, value in (
+        ("kinetic, mean field", study.theory.kinetic),
+        ("conservative, mean field", study.theory.configurational()),
+    ):
+        lines.append([f"  {name}", f"{value:.5g}", "", f"{value / study.asked:.4f}"])
     return _columns(lines)
 
 
@@ -163,11 +161,6 @@ def _words(study: Study) -> str:
         parts.append(
             f"Stress beyond the lags would add another {study.to_come / study.asked:.1%} in mean "
             "field: flows slower than that are thicker still (--time-factor)."
-        )
-    if study.theory is None:
-        parts.append(
-            "No mean field: the fluid is beyond the pairing limit of its kernel and equation of "
-            "state, where particles clump."
         )
     parts.append(_verdict(study))
     return "\n".join(textwrap.fill(part, 100) for part in parts)

@@ -50,8 +50,7 @@ class Study:
         At a tenth of the friction time, and at the time step of the plan.
     arrangement : Arrangement
         Friction on the particles as they lay.
-    theory : ViscosityTheory or None
-        None beyond the pairing limit.
+    theory : ViscosityTheory
     shells : tuple of Shell
         Transverse currents by wave number.
     stress : Stress
@@ -72,7 +71,7 @@ class Study:
     seed: int
     lattice: tuple[LatticeDecay, LatticeDecay]
     arrangement: Arrangement
-    theory: ViscosityTheory | None
+    theory: ViscosityTheory
     shells: tuple[Shell, ...]
     stress: Stress
     amplitude: Estimate
@@ -118,9 +117,7 @@ class Study:
 
     @property
     def to_come(self) -> float:
-        """Mean-field viscosity by stress that relaxes beyond the lags used; 0 if unknown."""
-        if self.theory is None:
-            return 0.0
+        """Mean-field viscosity by stress that relaxes beyond the lags used."""
         left = float(self.theory.remaining(self.plan.stress_window[0]))
         return left * self.theory.configurational()
 
@@ -267,7 +264,7 @@ def _equilibrium(
 def _methods(
     scene: Scene,
     plan: Plan,
-    theory: ViscosityTheory | None,
+    theory: ViscosityTheory,
     arrangement: Arrangement,
     shells: list[Shell],
     stress: Stress,
@@ -277,15 +274,14 @@ def _methods(
     """Each method's viscosity at k = 0."""
     k = plan.forced_wave_number(scene)
     near = int(np.argmin(np.abs(arrangement.wave_number - k)))
-    added = 0.0 if theory is None else theory.configurational()
+    added = theory.configurational()
     numbers = [shell.wave_number for shell in shells]
-    shape = [1.0 if theory is None else theory.configurational(q) / added for q in numbers]
+    shape = [theory.configurational(q) / added for q in numbers]
     base = [factor * each.value for each in arrangement.waves]
     straight = factor * arrangement.friction.value
     more = excess(shells, base, shape)
     unrelaxed = [
-        added * (0.0 if theory is None else float(theory.remaining(lag)))
-        for lag in (plan.stress_window[0], plan.current_lag)
+        added * float(theory.remaining(lag)) for lag in (plan.stress_window[0], plan.current_lag)
     ]
     way = [SHAPE_ERROR * added * (1.0 - each) for each in shape]
     helfand = Method(
