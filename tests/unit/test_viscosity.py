@@ -65,19 +65,26 @@ def test_function_that_does_not_decay_is_refused():
         decay_rate(np.arange(5.0), np.array([1.0, -1.0, 0.5, -0.5, 0.0]))
 
 
-def test_excess_weighs_by_error_and_shape():
+def test_excess_weighs_by_modes_and_shape():
     function = Correlation(
         lag=np.arange(2.0), blocks=np.ones((2, 2)), block_counts=np.ones((2, 2)), window=(0.0, 1.0)
     )
 
-    def shell(value, stderr):
+    def shell(value, modes):
         leave = value + np.array([-0.01, 0.01])
-        found = Estimate(value, stderr, 2.0)
-        return Shell(wave_number=1.0, correlation=function, viscosity=found, leave_one_out=leave)
+        found = Estimate(value, 0.1, 2.0)
+        return Shell(
+            wave_number=1.0,
+            n_vectors=modes,
+            correlation=function,
+            viscosity=found,
+            leave_one_out=leave,
+        )
 
-    exact = [shell(5.0 + 2.0 * s, 0.1) for s in (1.0, 0.5)]
-    assert excess(exact, [5.0, 5.0], [1.0, 0.5]).value == pytest.approx(2.0)
-    uneven = excess([shell(7.0, 0.1), shell(6.2, 1e3)], [5.0, 5.0], [1.0, 0.5])
+    exact = [shell(5.0 + 2.0 * s, 2) for s in (1.0, 0.5)]
+    found = excess(exact, [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
+    assert found.value == pytest.approx(2.0) and found.stderr > 0.0
+    uneven = excess([shell(7.0, 10**8), shell(6.2, 1)], [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
     assert uneven.value == pytest.approx(2.0, rel=1e-6)
 
 

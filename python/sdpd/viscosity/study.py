@@ -279,7 +279,8 @@ def _methods(
     shape = [theory.configurational(q) / added for q in numbers]
     base = [factor * each.value for each in arrangement.waves]
     straight = factor * arrangement.friction.value
-    more = excess(shells, base, shape)
+    rough = [b + added * s for b, s in zip(base, shape, strict=True)]
+    more = excess(shells, base, shape, rough)
     unrelaxed = [
         added * float(theory.remaining(lag)) for lag in (plan.stress_window[0], plan.current_lag)
     ]

@@ -24,6 +24,8 @@ class Shell:
     ----------
     wave_number : float
         [1/length].
+    n_vectors : int
+        Wave vectors averaged.
     correlation : Correlation
         C(t) [length^2/time^2].
     viscosity : Estimate
@@ -33,6 +35,7 @@ class Shell:
     """
 
     wave_number: float
+    n_vectors: int
     correlation: Correlation
     viscosity: Estimate
     leave_one_out: Array
@@ -96,17 +99,28 @@ def shell_viscosities(
         lag = function.lag[:count]
         unit = density / k**2
         leave = np.array([unit * decay_rate(lag, r[:count]) for r in function.leave_one_out()])
-        value = unit * decay_rate(lag, function.mean[:count])
-        _, stderr = jackknife(leave, value)
+        # one over an integral is too high by its relative variance: the jackknife takes that off
+        value, stderr = jackknife(leave, unit * decay_rate(lag, function.mean[:count]))
         span = (0.0, float(lag[-1]))
         estimate = Estimate(value, stderr, float(leave.size), span)
         shells.append(
-            Shell(wave_number=k, correlation=function, viscosity=estimate, leave_one_out=leave)
+            Shell(
+                wave_number=k,
+                n_vectors=len(each.wave_vectors),
+                correlation=function,
+                viscosity=estimate,
+                leave_one_out=leave,
+            )
         )
     return shells
 
 
-def excess(shells: Sequence[Shell], base: Sequence[float], shape: Sequence[float]) -> Estimate:
+def excess(
+    shells: Sequence[Shell],
+    base: Sequence[float],
+    shape: Sequence[float],
+    expected: Sequence[float],
+) -> Estimate:
     """What the fluid adds to its friction at k = 0, from all wave numbers together.
 
     Parameters
@@ -117,18 +131,22 @@ def excess(shells: Sequence[Shell], base: Sequence[float], shape: Sequence[float
         Viscosity by friction alone at each wave number [pressure x time].
     shape : sequence of float
         What is added at each wave number, over that at k = 0 [1].
+    expected : sequence of float
+        Viscosity at each wave number, roughly [pressure x time]: relative errors go with the
+        number of modes, and weights by errors that were themselves measured would favour small
+        values.
 
     Returns
     -------
     Estimate
-        Least squares by the shells' own errors [pressure x time].
+        Least squares [pressure x time].
     """
     form = np.asarray(shape)
-    error = np.array([shell.viscosity.stderr for shell in shells])
-    weight = form / error**2
+    modes = np.array([shell.n_vectors for shell in shells])
+    weight = modes * form / np.asarray(expected) ** 2
     weight /= float(weight @ form)
-    leave = np.stack([shell.leave_one_out for shell in shells], axis=1) - np.asarray(base)
-    whole = np.array([shell.viscosity.value for shell in shells]) - np.asarray(base)
-    value = float(weight @ whole)
-    _, stderr = jackknife(leave @ weight, value)
-    return Estimate(value, stderr, float(leave.shape[0]), shells[0].viscosity.window)
+    added = np.array([shell.viscosity.value for shell in shells]) - np.asarray(base)
+    leave = np.stack([shell.leave_one_out for shell in shells], axis=1) @ weight
+    _, stderr = jackknife(leave, float(leave.mean()))
+    window = shells[0].viscosity.window
+    return Estimate(float(weight @ added), stderr, float(leave.size), window)
