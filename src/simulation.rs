@@ -10,7 +10,7 @@ use crate::eos::{self, EquationOfState};
 use crate::error::{Error, Result};
 use crate::integrator::{ForceParts, Integrator};
 use crate::neighbor::{Grid, PairList, SkinModel, automatic_skin};
-use crate::observe::{Observer, View};
+use crate::observe::{Observer, Parts, View};
 use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
 use crate::state::Particles;
@@ -296,10 +296,15 @@ impl Engine {
     /// Attaches an observer.
     pub fn attach(&mut self, observer: Arc<Mutex<dyn Observer>>) {
         self.observers.push(observer);
-        let mut stress = false;
-        self.each_observer(|observer| stress |= observer.needs_stress());
-        if stress && self.tally.is_none() {
-            self.tally = Some(Tally::new(self.particles.len(), self.grid.block_count()));
+        let (mut stress, mut parts) = (false, false);
+        self.each_observer(|observer| {
+            stress |= observer.needs_stress().is_some();
+            parts |= observer.needs_stress() == Some(Parts::All);
+        });
+        if stress {
+            let (n, blocks) = (self.particles.len(), self.grid.block_count());
+            let tally = self.tally.get_or_insert_with(|| Tally::new(n, blocks));
+            tally.parts = parts;
         }
     }
 

@@ -20,6 +20,15 @@ use crate::state::Particles;
 use crate::sweep::Tally;
 use crate::units::Units;
 
+/// Which parts of the stress an observer tells apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parts {
+    /// What particles carry, and what pairs exchange.
+    Two,
+    /// The latter by cause: pressure, drag, noise.
+    All,
+}
+
 /// What an observer sees after a step.
 pub struct View<'a> {
     /// Steps done.
@@ -53,9 +62,9 @@ impl View<'_> {
 pub trait Observer: Send {
     /// Steps between samples, >= 1.
     fn every(&self) -> u64;
-    /// Must the loop keep the stress?
-    fn needs_stress(&self) -> bool {
-        false
+    /// Must the loop keep the stress, and its parts apart?
+    fn needs_stress(&self) -> Option<Parts> {
+        None
     }
     /// Takes one sample.
     fn sample(&mut self, view: &View);

@@ -1,7 +1,7 @@
 //! Time series of the pressure tensor by part, each value the exact mean over the interval since the
 //! sample before (`sweep/tally.rs`).
 
-use super::{Observer, View};
+use super::{Observer, Parts, View};
 use crate::sweep::Tensor;
 
 /// Moments of all parts at one sample.
@@ -44,8 +44,8 @@ impl Observer for Stress {
         self.every
     }
 
-    fn needs_stress(&self) -> bool {
-        true
+    fn needs_stress(&self) -> Option<Parts> {
+        Some(Parts::All)
     }
 
     fn begin(&mut self) {

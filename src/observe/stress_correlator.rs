@@ -4,10 +4,11 @@
 
 use super::lags::{BlockedSums, Lags, Series};
 use super::stress::Moments;
-use super::{Observer, View};
+use super::{Observer, Parts, View};
 
 /// Columns of the table of sums: origins; the ten products of the increments of the four parts
-/// (kinetic, conservative, drag, random) averaged over the off-diagonal elements; square and value of
+/// (kinetic, conservative, drag, random; only sums of the last three where parts are not told apart)
+/// averaged over the off-diagonal elements; square and value of
 /// the increment of tr G/D; the same averaged over the diagonal elements; the product of the
 /// interval means of V P off the diagonal; and product and earlier value of those of tr P/D, and of
 /// the diagonal elements.
@@ -20,6 +21,7 @@ const WIDTH: usize = 36 + 9;
 pub struct StressCorrelator {
     every: u64,
     dimension: usize,
+    parts: Parts,
     lags: Lags,
     series: Series,
     sums: BlockedSums,
@@ -31,11 +33,18 @@ pub struct StressCorrelator {
 
 impl StressCorrelator {
     /// Sampled every so many steps; `None` where its memory is not to be had.
-    pub fn new(every: u64, dimension: usize, points: usize, levels: usize) -> Option<Self> {
+    pub fn new(
+        every: u64,
+        dimension: usize,
+        parts: Parts,
+        points: usize,
+        levels: usize,
+    ) -> Option<Self> {
         let lags = Lags::new(points, levels);
         Some(Self {
             every: every.max(1),
             dimension,
+            parts,
             lags,
             series: Series::new(lags, WIDTH)?,
             sums: BlockedSums::new(lags.rows()?.checked_mul(COLUMNS)?)?,
@@ -101,8 +110,8 @@ impl Observer for StressCorrelator {
         self.every
     }
 
-    fn needs_stress(&self) -> bool {
-        true
+    fn needs_stress(&self) -> Option<Parts> {
+        Some(self.parts)
     }
 
     fn begin(&mut self) {

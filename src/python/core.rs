@@ -523,14 +523,15 @@ impl Core {
         CorrelatorHandle::attach(&mut *self.lock()?, every, points, levels)
     }
 
-    /// Correlates the stress likewise.
+    /// Correlates the stress likewise, what pairs exchange by cause or as one.
     fn attach_stress_correlator(
         &self,
         every: u64,
         points: usize,
         levels: usize,
+        parts: bool,
     ) -> PyResult<StressCorrelatorHandle> {
-        StressCorrelatorHandle::attach(&mut *self.lock()?, every, points, levels)
+        StressCorrelatorHandle::attach(&mut *self.lock()?, every, points, levels, parts)
     }
 
     /// Correlates density and current at integer wave vectors likewise.

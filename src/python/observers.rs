@@ -8,8 +8,8 @@ use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::observe::{
-    BlockedSums, CORRELATOR_COLUMNS, Correlator, Currents, Lags, Observer, STRESS_COLUMNS, Stress,
-    StressCorrelator, Thermodynamics,
+    BlockedSums, CORRELATOR_COLUMNS, Correlator, Currents, Lags, Observer, Parts, STRESS_COLUMNS,
+    Stress, StressCorrelator, Thermodynamics,
 };
 use crate::simulation::Engine;
 
@@ -207,8 +207,10 @@ impl StressCorrelatorHandle {
         every: u64,
         points: usize,
         levels: usize,
+        parts: bool,
     ) -> PyResult<Self> {
-        let made = StressCorrelator::new(every, engine.dimension, points, levels);
+        let parts = if parts { Parts::All } else { Parts::Two };
+        let made = StressCorrelator::new(every, engine.dimension, parts, points, levels);
         let what = format!("a stress correlator of {points} points on {levels} levels");
         Ok(Self {
             shared: attach(engine, made, &what)?,

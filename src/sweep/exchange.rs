@@ -4,7 +4,7 @@
 
 use std::marker::PhantomData;
 
-use super::tally::{Exchanged, PartLanes, Tally};
+use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::{CHUNK, Shared, Task, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -23,6 +23,7 @@ pub enum Direction {
 }
 
 /// The arrays of one chunk: pairs within the support, in the order of the sweep.
+#[repr(align(64))] // vectors must not straddle cache lines
 struct Lanes {
     slots: [[u32; 2]; CHUNK],
     r: [[f64; CHUNK]; 3],
@@ -47,7 +48,7 @@ struct ExchangeTask<'a, K, F, V, const D: usize> {
     direction: Direction,
     round: usize,
     number: u32,
-    tally: Option<Shared<'a, Exchanged>>,
+    tally: Option<BlockSums<'a>>,
     form: PhantomData<(K, F, V)>,
 }
 
@@ -111,7 +112,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
         lanes: &mut Lanes,
         mut next: impl FnMut(usize) -> I,
     ) {
-        let mut virial = self.tally.map(|_| (PartLanes::new(), Exchanged::default()));
+        let mut virial = self.tally.map(Virial::new);
         loop {
             let (mut count, mut finished) = (0, false);
             while CHUNK - count >= 16 && !finished {
@@ -126,26 +127,34 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
                         self.update(lanes, k);
                     }
                 }
-                Some((parts, sum)) => {
+                Some(Virial {
+                    sum,
+                    parts: Some(parts),
+                }) => {
                     for k in 0..count {
                         let change = self.update(lanes, k);
                         Self::keep(lanes, k, change, parts);
                     }
                     parts.add_to::<D>(sum, &lanes.r, count);
                 }
+                Some(Virial { sum, parts: None }) => {
+                    for k in 0..count {
+                        let change = self.update(lanes, k);
+                        // The noise of this pair has done its work and lends its place.
+                        for a in 0..D {
+                            lanes.noise[a][k] = change[a];
+                        }
+                    }
+                    add_outer::<D>(&mut sum[1], &lanes.r, &mut lanes.noise, count);
+                }
             }
             if finished {
                 break;
             }
         }
-        if let (Some(tally), Some((_, sum))) = (self.tally, virial) {
+        if let (Some(sums), Some(virial)) = (self.tally, virial) {
             // SAFETY: this block's own number.
-            let all = unsafe { tally.slot(self.number) };
-            for (all, part) in all.iter_mut().zip(&sum) {
-                for (all, term) in all.iter_mut().zip(part) {
-                    *all += term;
-                }
-            }
+            unsafe { sums.add(self.number, &virial.sum) };
         }
     }
 

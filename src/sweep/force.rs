@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::tally::{Exchanged, PartLanes, Tally};
+use super::tally::{BlockSums, Exchanged, PartLanes, Tally, Virial, add_outer};
 use super::{CHUNK, Shared, Task, Walk, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -12,6 +12,7 @@ use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
 use crate::state::Particles;
 
 /// The arrays of one chunk. Only pairs within the support get a lane; pairs in the skin do not.
+#[repr(align(64))] // vectors must not straddle cache lines
 struct Lanes {
     head: [u32; CHUNK],
     other: [u32; CHUNK],
@@ -37,7 +38,7 @@ struct ForceTask<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
     kick: Kick,
     key: SweepKey,
     number: u32,
-    tally: Option<Shared<'a, Exchanged>>,
+    tally: Option<BlockSums<'a>>,
     form: PhantomData<(K, F, V)>,
 }
 
@@ -239,7 +240,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
             force: zero,
         };
         let mut walk = Walk::default();
-        let mut virial = self.tally.map(|_| (PartLanes::new(), Exchanged::default()));
+        let mut virial = self.tally.map(Virial::new);
         loop {
             let count = self.gather(&mut lanes, &mut walk);
             if V::ON {
@@ -247,16 +248,19 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
             }
             self.compute(&mut lanes, count);
             self.scatter(&lanes, count);
-            if let Some((parts, sum)) = &mut virial {
-                self.add_virial(&lanes, count, parts, sum);
+            if let Some(Virial { sum, parts }) = &mut virial {
+                match parts {
+                    Some(parts) => self.add_virial(&lanes, count, parts, sum),
+                    None => add_outer::<D>(&mut sum[0], &lanes.r, &mut lanes.force, count),
+                }
             }
             if walk.at_end(self.block) {
                 break;
             }
         }
-        if let (Some(tally), Some((_, sum))) = (self.tally, virial) {
+        if let (Some(sums), Some(virial)) = (self.tally, virial) {
             // SAFETY: this block's own number.
-            unsafe { *tally.slot(self.number) = sum };
+            unsafe { sums.add(self.number, &virial.sum) };
         }
     }
 }

@@ -22,6 +22,9 @@ const GRAIN: usize = 1024;
 /// Pair sums of the sweeps and the integral they add up to.
 #[derive(Debug, Clone, Default)]
 pub struct Tally {
+    /// Keep the parts of the exchanged momentum apart? Otherwise what one sweep exchanges goes into
+    /// one of them, at a third of the price: only their sum is meant to be read.
+    pub parts: bool,
     /// G by part in reduced units: kinetic, conservative, drag, random.
     pub moment: [Tensor; 4],
     /// Sums over pairs of the forces at hand.
@@ -31,6 +34,45 @@ pub struct Tally {
     /// One partial sum a block: same order of summation on any number of threads.
     blocks: Vec<Exchanged>,
     kinetic: Vec<Tensor>,
+}
+
+/// Where the blocks of a sweep put their sums.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BlockSums<'a> {
+    /// Are parts kept apart?
+    pub parts: bool,
+    sums: Shared<'a, Exchanged>,
+}
+
+impl BlockSums<'_> {
+    /// Adds the sums of a block.
+    ///
+    /// # Safety
+    /// No other thread adds to the same block at the same time.
+    pub(super) unsafe fn add(&self, block: u32, terms: &Exchanged) {
+        // SAFETY: promised by the caller.
+        let all = unsafe { self.sums.slot(block) };
+        for (sum, term) in all.iter_mut().zip(terms) {
+            add(sum, 1.0, term);
+        }
+    }
+}
+
+/// The sums of one block under way.
+pub(super) struct Virial {
+    pub sum: Exchanged,
+    /// Work space, where parts are kept apart.
+    pub parts: Option<PartLanes>,
+}
+
+impl Virial {
+    #[inline(always)]
+    pub(super) fn new(sums: BlockSums<'_>) -> Self {
+        Self {
+            sum: Exchanged::default(),
+            parts: sums.parts.then(PartLanes::new),
+        }
+    }
 }
 
 fn add(sum: &mut Tensor, scale: f64, term: &Tensor) {
@@ -50,9 +92,12 @@ impl Tally {
     }
 
     /// A sweep begins: where its blocks may write.
-    pub(super) fn begin(&mut self) -> Shared<'_, Exchanged> {
+    pub(super) fn begin(&mut self) -> BlockSums<'_> {
         self.blocks.fill(Exchanged::default());
-        Shared::new(&mut self.blocks)
+        BlockSums {
+            parts: self.parts,
+            sums: Shared::new(&mut self.blocks),
+        }
     }
 
     fn total(&self) -> Exchanged {
@@ -123,8 +168,35 @@ impl Tally {
     }
 }
 
+/// Adds r (x) dp over the first `count` lanes; what other lanes of dp hold is cleared.
+#[inline(always)]
+pub(super) fn add_outer<const D: usize>(
+    sum: &mut Tensor,
+    r: &[[f64; CHUNK]; 3],
+    dp: &mut [[f64; CHUNK]; 3],
+    count: usize,
+) {
+    /// Partial sums side by side: four vectors, so that no addition waits for the one before.
+    const LANES: usize = 16;
+    let end = count.next_multiple_of(LANES).min(CHUNK);
+    for b in 0..D {
+        dp[b][count..end].fill(0.0);
+        for a in 0..D {
+            let (r, dp) = (r[a].as_chunks::<LANES>().0, dp[b].as_chunks::<LANES>().0);
+            let mut lanes = [0.0; LANES];
+            for (r, dp) in r.iter().zip(dp).take(end / LANES) {
+                for lane in 0..LANES {
+                    lanes[lane] += r[lane] * dp[lane];
+                }
+            }
+            sum[3 * a + b] += lanes.iter().sum::<f64>();
+        }
+    }
+}
+
 /// Momentum exchanged by the pairs of a chunk, by part and component.
 #[derive(Debug)]
+#[repr(align(64))]
 pub(super) struct PartLanes {
     pub parts: [[[f64; CHUNK]; 3]; 3],
 }
@@ -136,7 +208,7 @@ impl PartLanes {
         }
     }
 
-    /// Adds r (x) dp over the first `count` lanes.
+    /// Adds r (x) dp of each part over the first `count` lanes.
     #[inline(always)]
     pub(super) fn add_to<const D: usize>(
         &mut self,
@@ -144,22 +216,8 @@ impl PartLanes {
         r: &[[f64; CHUNK]; 3],
         count: usize,
     ) {
-        const LANES: usize = 8;
-        for part in 0..3 {
-            for b in 0..D {
-                let dp = &mut self.parts[part][b];
-                // Lanes that are not in use hold leftovers.
-                dp[count..].fill(0.0);
-                for a in 0..D {
-                    let mut lanes = [0.0; LANES];
-                    for k in (0..CHUNK).step_by(LANES) {
-                        for lane in 0..LANES {
-                            lanes[lane] += r[a][k + lane] * dp[k + lane];
-                        }
-                    }
-                    sum[part][3 * a + b] += lanes.iter().sum::<f64>();
-                }
-            }
+        for (sum, part) in sum.iter_mut().zip(&mut self.parts) {
+            add_outer::<D>(sum, r, part, count);
         }
     }
 }

@@ -203,7 +203,7 @@ def test_random_stress_of_the_splitting(friction: str) -> None:
 def test_stress_correlator_against_the_series(dimension: int) -> None:
     system = rescaled(problem(dimension, dt=0.01), 2e-9, 3e-24, 5e-12)
     sim = core(system, "pair_splitting")
-    series, observer = sim.attach_stress(2), sim.attach_stress_correlator(2, 4, 3)
+    series, observer = sim.attach_stress(2), sim.attach_stress_correlator(2, 4, 3, True)
     sim.run(90, system.dt)
     energy, time = observer.units()
     interval = 2 * system.dt / time
@@ -293,7 +293,7 @@ def attach_all(sim: Any) -> list[Any]:
         sim.attach_thermodynamics(1).table,
         sim.attach_stress(2).table,
         sim.attach_correlator(2, 8, 3).blocks,
-        sim.attach_stress_correlator(1, 4, 3).blocks,
+        sim.attach_stress_correlator(1, 4, 3, False).blocks,
         sim.attach_currents(1, vectors, 4, 2).blocks,
     ]
 

@@ -17,7 +17,7 @@ def fluid(dimension):
         density=1.3,
         shear_viscosity=1.7,
         bulk_viscosity=0.4,
-        sound_speed=3.0,
+        sound_speed=30.0,
     )
 
 
@@ -38,6 +38,15 @@ def test_box_tail_equals_the_sum_over_its_modes(dimension):
     arguments = {"fluid": f, "thermal_energy": 0.9, "self_diffusion": spread, "box": box}
     ours = theory.vacf_tail(TIME, **arguments)
     assert ours == pytest.approx(scale * (dimension - 1) * shear, rel=1e-10)
+    late = TIME[1:]  # overdamped waves are gone
+    values, counts = np.unique(np.round(k[k < 15.0], 9), return_counts=True)
+    waves = [
+        float(f.longitudinal(q, t)) * math.exp(-spread * q**2 * t) for t in late for q in values
+    ]
+    sound = np.array(waves).reshape(late.size, -1) @ counts
+    both = theory.vacf_tail(late, sound=True, **arguments)
+    assert both - ours[1:] == pytest.approx(scale * sound, rel=1e-6, abs=1e-12)
+    assert np.abs(sound).max() * scale > 1e-4
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -114,6 +123,16 @@ def test_growth_with_the_box():
     [
         (lambda f: theory.vacf_tail(0.0, fluid=f, thermal_energy=1.0), "`time` must be finite"),
         (lambda f: theory.vacf_tail(1.0, fluid=f, thermal_energy=0.0), "`thermal_energy` must"),
+        (
+            lambda f: theory.vacf_tail(1.0, fluid=f, thermal_energy=1.0, sound=True),
+            "`sound` needs a `box`",
+        ),
+        (
+            lambda f: theory.vacf_tail(
+                1e-4, fluid=f, thermal_energy=1.0, box=(9.0,) * 3, sound=True
+            ),
+            "`time` must be later",
+        ),
         (
             lambda f: theory.vacf_tail(1.0, fluid=f, thermal_energy=1.0, box=(1.0, 1.0)),
             "`box` must be a sequence of 3",

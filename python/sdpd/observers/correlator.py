@@ -58,7 +58,7 @@ class Correlator(LaggedObserver):
     [0, 1, 2, 3, 4, 6]
     """
 
-    def __init__(self, *, every: int | None = None, points: int = 16, levels: int = 10) -> None:
+    def __init__(self, *, every: int | None = None, points: int = 8, levels: int = 12) -> None:
         super().__init__(every=every, points=points, levels=levels)
 
     def _attach(self, sim: Simulation, every: int) -> Any:

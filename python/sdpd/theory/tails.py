@@ -30,6 +30,8 @@ __all__ = ["finite_size_diffusion", "vacf_tail"]
 
 Array = NDArray[np.float64]
 
+_MOST_VECTORS = 4_000_000
+
 
 def vacf_tail(
     time: ArrayLike,
@@ -38,6 +40,7 @@ def vacf_tail(
     thermal_energy: float,
     self_diffusion: float = 0.0,
     box: Sequence[float] | None = None,
+    sound: bool = False,
 ) -> Array:
     r"""Long-time velocity autocorrelation of a particle, by mode coupling.
 
@@ -46,13 +49,18 @@ def vacf_tail(
     time : array_like, any shape
         t [time], > 0.
     fluid : HydrodynamicTheory
-        Its density and shear viscosity are used: the viscosity the fluid of particles *delivers*.
+        Density and viscosities, those that the fluid of particles *delivers*; bulk viscosity and
+        sound speed are used with `sound` only.
     thermal_energy : float
         kB T [energy], > 0.
     self_diffusion : float
         D_s [length^2/time], >= 0; negligible against nu at large Schmidt numbers.
     box : sequence of float, length D, optional
         Edge lengths of the periodic box [length]; an infinite fluid without.
+    sound : bool
+        Add the longitudinal modes of the box, for times of many 2 Gamma_T/c_T^2. In an infinite
+        fluid sound carries its momentum away for good; in a box it comes round again after L/c_T
+        unless damped by then.
 
     Returns
     -------
@@ -62,7 +70,8 @@ def vacf_tail(
     Raises
     ------
     ValueError
-        If a parameter is out of range.
+        If a parameter is out of range, `sound` is asked for without `box`, or `time` is so early
+        that the longitudinal sum needs more than 4e6 wave vectors.
 
     Notes
     -----
@@ -71,8 +80,13 @@ def vacf_tail(
     t falls it diverges where the true function ends at kB T/m. In a box the tail turns exponential
     at :math:`t \sim L^2/(4\pi^2\nu)`; the sum over the box's modes is then its leading order. In 2D
     the integral of t^(-1) diverges, so nu and D_s grow with the size of the box and the tail is
-    only the first order of a series. Longitudinal modes are left out: in an infinite fluid sound
-    carries its momentum away, in a box it comes round again after L/c_T unless damped by then.
+    only the first order of a series. With sound,
+
+    .. math:: C(t) = \frac{k_BT}{D\rho V}\sum_{\mathbf k\ne0} e^{-D_sk^2t}
+              \left[(D-1)\,e^{-\nu k^2t} + C_L(k,t)\right]
+
+    where C_L is :meth:`HydrodynamicTheory.longitudinal`; its overdamped waves, k > c_T/Gamma_T,
+    are not to be trusted but fade as exp(-c_T^2 t/(2 Gamma_T)).
 
     References
     ----------
@@ -98,10 +112,15 @@ def vacf_tail(
     scale = energy / fluid.density / dimension
     decay = (fluid.kinematic_viscosity + spread) * t
     if box is None:
+        if sound:
+            raise ValueError("`sound` needs a `box`: without one sound does not come back")
         return np.asarray(scale * (dimension - 1.0) * (4.0 * math.pi * decay) ** (-0.5 * dimension))
     lengths = np.array(_box(box, dimension))
     modes = np.array([_mode_sum(float(s), lengths) for s in decay.ravel()]).reshape(t.shape)
-    return np.asarray(scale * (dimension - 1.0) * modes)
+    whole = (dimension - 1.0) * modes
+    if sound:
+        whole = whole + _sound_modes(t, fluid, spread, lengths)
+    return np.asarray(scale * whole)
 
 
 def finite_size_diffusion(
@@ -231,6 +250,31 @@ def _inverse_square_sum(box: Array) -> float:
     else:
         free = math.log(split) / (4.0 * math.pi)
     return float(first + second - split / volume + free)
+
+
+def _sound_modes(t: Array, fluid: HydrodynamicTheory, spread: float, box: Array) -> Array:
+    """(1/V) sum over k != 0 of the longitudinal current's decay times exp(-D_s k^2 t)."""
+    slowest = float(t.min())
+    limit = math.sqrt(36.0 / ((fluid.sound_damping + spread) * slowest))
+    reach = [int(limit * edge / (2.0 * math.pi)) + 1 for edge in box]
+    if math.prod(2 * n + 1 for n in reach) > _MOST_VECTORS:
+        raise ValueError(
+            f"`time` must be later for the longitudinal modes: at {slowest:.6g} more than "
+            f"{_MOST_VECTORS} wave vectors count"
+        )
+    squared = np.zeros(1)
+    for n, edge in zip(reach, box, strict=True):
+        axis = (2.0 * math.pi / edge * np.arange(-n, n + 1)) ** 2
+        squared = np.add.outer(squared, axis).ravel()
+    squared = squared[(squared > 0.0) & (squared <= limit**2)]
+    if not squared.size:
+        return np.zeros_like(t)
+    values, counts = np.unique(np.round(squared / squared.min(), 9), return_counts=True)
+    total = np.zeros_like(t)
+    for square, count in zip(values * squared.min(), counts, strict=True):
+        k = math.sqrt(square)
+        total = total + count * fluid.longitudinal(k, t) * np.exp(-spread * square * t)
+    return np.asarray(total / float(np.prod(box)))
 
 
 def _box(box: Sequence[float], dimension: int, name: str = "box") -> tuple[float, ...]:
