@@ -148,7 +148,7 @@ def test_random_stress_of_the_loop_is_the_exact_one():
         sim.dt = dt
     sim.run(steps=200, progress=False)
     arrangement = Arrangement(scene, wave_vectors=np.array([[1, 0]]), dt=dt, every=50)
-    stress = sdpd.StressCorrelator(every=1, points=2, levels=1)
+    stress = sdpd.StressCorrelator(every=1, points=2, levels=1, parts=True)
     sim.run(steps=4000, observe=[arrangement, stress], progress=False)
     increments = stress.increments(part="random", n_blocks=32)
     found = increments.at(1).scaled(1.0 / (2.0 * stress.volume * dt))

@@ -248,7 +248,7 @@ def _equilibrium(
     currents = CurrentCorrelator(
         plan.wave_vectors, every=plan.current_every, points=POINTS, levels=LEVELS
     )
-    stress = StressCorrelator(every=plan.stress_every, points=POINTS, levels=LEVELS)
+    stress = StressCorrelator(every=plan.stress_every, points=POINTS, levels=LEVELS, parts=True)
     arrangement = Arrangement(
         scene, wave_vectors=plan.wave_vectors, dt=plan.dt, every=plan.arrangement_every
     )
