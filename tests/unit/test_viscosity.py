@@ -82,10 +82,12 @@ def test_excess_weighs_by_modes_and_shape():
         )
 
     exact = [shell(5.0 + 2.0 * s, 2) for s in (1.0, 0.5)]
-    found = excess(exact, [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
+    found, reach = excess(exact, [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
     assert found.value == pytest.approx(2.0) and found.stderr > 0.0
-    uneven = excess([shell(7.0, 10**8), shell(6.2, 1)], [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
-    assert uneven.value == pytest.approx(2.0, rel=1e-6)
+    assert 0.0 < reach < 1.0
+    many = [shell(7.0, 10**8), shell(6.2, 1)]
+    uneven, reach = excess(many, [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
+    assert uneven.value == pytest.approx(2.0, rel=1e-6) and reach < 1e-6
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -152,9 +152,9 @@ def _words(study: Study) -> str:
     about = (
         "Each method at k = 0 and at rates slower than the stress relaxes: finite k by the "
         "friction on the particles as they lie and the mean-field shape of the rest. Accuracy: "
-        "stress that relaxes beyond the lags, a third of that shape, shear thinning of the forced "
-        "flow. Sees: the smallest difference that fails here. A part of the stress alone leaves "
-        "out its correlations with the others."
+        "stress that relaxes beyond the lags, 0.4 of what that shape does, shear thinning of the "
+        "forced flow. Sees: the smallest difference that fails here. A part of the stress alone "
+        "leaves out its correlations with the others."
     )
     parts = [text, about]
     if study.to_come > 0.02 * study.asked:

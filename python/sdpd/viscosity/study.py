@@ -20,6 +20,7 @@ from sdpd.viscosity.plan import LEVELS, POINTS, Plan, check_scene, plan_scene, s
 from sdpd.viscosity.predictions import viscosity_theory
 from sdpd.viscosity.results import (
     SHAPE_ERROR,
+    SLOWNESS,
     THINNING,
     Comparison,
     Method,
@@ -97,8 +98,13 @@ class Study:
 
     @property
     def viscosity(self) -> Estimate:
-        """All methods together, weighted by their inverse variances."""
-        return combine([each.viscosity for each in self.methods], weights="inverse_variance")
+        """All methods together, weighted by standard error and accuracy."""
+        found = [each.viscosity for each in self.methods]
+        weight = np.array([1.0 / (e.viscosity.stderr**2 + e.accuracy**2) for e in self.methods])
+        weight /= weight.sum()
+        shares = [e.scaled(float(w)) for e, w in zip(found, weight, strict=True)]
+        sum_of = combine(shares)  # their mean
+        return sum_of.scaled(float(len(shares)))
 
     @property
     def unit(self) -> float:
@@ -280,11 +286,12 @@ def _methods(
     base = [factor * each.value for each in arrangement.waves]
     straight = factor * arrangement.friction.value
     rough = [b + added * s for b, s in zip(base, shape, strict=True)]
-    more = excess(shells, base, shape, rough)
+    more, reach = excess(shells, base, shape, rough)
+    size = max(added, more.value)
     unrelaxed = [
-        added * float(theory.remaining(lag)) for lag in (plan.stress_window[0], plan.current_lag)
+        SLOWNESS * size * float(theory.remaining(lag))
+        for lag in (plan.stress_window[0], plan.current_lag)
     ]
-    way = [SHAPE_ERROR * added * (1.0 - each) for each in shape]
     helfand = Method(
         name="Helfand moment",
         viscosity=stress.einstein,
@@ -295,7 +302,7 @@ def _methods(
     transverse = Method(
         name="transverse currents",
         viscosity=Estimate(straight + more.value, more.stderr, more.n_effective, more.window),
-        accuracy=unrelaxed[1] + way[0],
+        accuracy=unrelaxed[1] + SHAPE_ERROR * size * reach,
         wave_number=shells[0].wave_number,
         measured=shells[0].viscosity,
     )
@@ -308,7 +315,7 @@ def _methods(
             forced.n_effective,
             forced.window,
         ),
-        accuracy=THINNING * added + way[near],
+        accuracy=size * (THINNING + SHAPE_ERROR * (1.0 / shape[near] - 1.0)),
         wave_number=k,
         measured=forced,
     )

@@ -120,7 +120,7 @@ def excess(
     base: Sequence[float],
     shape: Sequence[float],
     expected: Sequence[float],
-) -> Estimate:
+) -> tuple[Estimate, float]:
     """What the fluid adds to its friction at k = 0, from all wave numbers together.
 
     Parameters
@@ -138,8 +138,11 @@ def excess(
 
     Returns
     -------
-    Estimate
-        Least squares [pressure x time].
+    excess : Estimate
+        At k = 0, by least squares [pressure x time].
+    reach : float
+        How far the shells are from k = 0: the share of it that the shape adds to what was measured
+        [1].
     """
     form = np.asarray(shape)
     modes = np.array([shell.n_vectors for shell in shells])
@@ -149,4 +152,5 @@ def excess(
     leave = np.stack([shell.leave_one_out for shell in shells], axis=1) @ weight
     _, stderr = jackknife(leave, float(leave.mean()))
     window = shells[0].viscosity.window
-    return Estimate(float(weight @ added), stderr, float(leave.size), window)
+    found = Estimate(float(weight @ added), stderr, float(leave.size), window)
+    return found, float(weight.sum()) - 1.0
