@@ -119,6 +119,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "observers": ("sdpd.observers", None),
     "scenes": ("sdpd.scenes", None),
     "simulation": ("sdpd.simulation", None),
+    "viscosity": ("sdpd.viscosity", None),
 }
 
 
