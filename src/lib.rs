@@ -7,6 +7,7 @@
 //! | `sweep` | the hot loops over pairs |
 //! | `integrator`, `registry` | how a step is made; which combinations exist |
 //! | `simulation`, `observe`, `effect` | the engine, what it measures, what acts on it |
+//! | `wall` | walls: their geometry and the images of particles near them |
 //! | `relax` | fluid-like starts from random positions |
 //! | `fields` | kernel sums over particles at given points |
 //! | `python` | the binding, the only module that knows PyO3 |
@@ -31,3 +32,4 @@ pub mod state;
 pub mod sweep;
 pub mod units;
 pub mod valid;
+pub mod wall;

@@ -20,5 +20,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observers::StressHandle>()?;
     module.add_class::<observers::ThermodynamicsHandle>()?;
     fields::register(module)?;
+    module.add_class::<observers::WallForcesHandle>()?;
+    module.add_class::<observers::ProfileHandle>()?;
     functions::register(module)
 }

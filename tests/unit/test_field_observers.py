@@ -36,7 +36,7 @@ def test_averages_are_those_of_the_frames():
     observers = [
         sdpd.FieldAverage(LINE, quantities=(*fields.BUILT_IN, height), every=3, n_blocks=4),
         sdpd.FieldAverage(LINE, quantities="density", every=3, length=2.0, kernel="lucy"),
-        sdpd.Profile(axis="y", bins=5, quantities=("density", "temperature"), every=3),
+        sdpd.BinAverage(axis="y", bins=5, quantities=("density", "temperature"), every=3),
     ]
     for steps in (10, 1, 19):  # several runs go on
         sim.run(steps=steps, observe=[kept, *observers], progress=False)
@@ -68,7 +68,7 @@ def test_observers_and_their_threads_change_no_bit():
         return sim, observe
 
     one, two = (
-        after(threads, [sdpd.FieldAverage(LINE, every=2), sdpd.Profile(axis=0, every=2)])
+        after(threads, [sdpd.FieldAverage(LINE, every=2), sdpd.BinAverage(axis=0, every=2)])
         for threads in (1, 2)
     )
     bare, _ = after(1, [])
@@ -81,7 +81,7 @@ def test_observers_and_their_threads_change_no_bit():
 def test_diffusivity_is_that_of_the_displacements(lag):
     sim = small(seed=23, threads=1)
     kept = Keep(every=2)
-    profile = sdpd.Profile(axis="y", bins=4, every=2, lag=lag, components="x")
+    profile = sdpd.BinAverage(axis="y", bins=4, every=2, lag=lag, components="x")
     kept.sample(sim)
     sim.run(steps=10, observe=[kept, profile], progress=False)
     sim.run(steps=16, observe=[kept, profile], progress=False)
@@ -113,7 +113,7 @@ def test_diffusivity_is_that_of_the_displacements(lag):
 
 def test_a_restored_state_breaks_a_displacement(tmp_path):
     sim = small(seed=24, threads=1)
-    profile = sdpd.Profile(axis="y", bins=1, every=1, lag=3)
+    profile = sdpd.BinAverage(axis="y", bins=1, every=1, lag=3)
     sim.save(tmp_path / "start.sdpd")
     sim.run(steps=5, observe=profile, progress=False)
     before = profile["diffusivity"].mean
@@ -127,7 +127,7 @@ def test_equilibrium_is_uniform():
     sim = small(8, seed=25, threads=1)
     sim.run(time=20.0, progress=False)
     every = round(0.25 / sim.dt)
-    profile = sdpd.Profile(axis="y", bins=4, every=every)
+    profile = sdpd.BinAverage(axis="y", bins=4, every=every)
     grid = sdpd.FieldAverage(fields.Grid.over(sim.scene.box, (2, 2)), every=every)
     sim.run(steps=1600 * every, observe=[profile, grid], progress=False)
     # the momentum of the box does not move, which leaves 1 - 1/N of the kinetic temperature
@@ -147,6 +147,25 @@ def test_equilibrium_is_uniform():
     assert error["temperature"] < 0.015
 
 
+def test_walls_close_an_axis():
+    """A point near a wall does not see what is at the other."""
+    box = sdpd.Box((6.0, 8.0), periodic="x")
+    scene = small_scene(box=box, walls=sdpd.walls.slab(box, "y"))
+    sim = small(scene=scene, seed=28, threads=1)
+    points = fields.Points([[0.0, 4.0], [0.0, 0.5], [0.0, 7.5], [0.0, 14.0]])
+    average = sdpd.FieldAverage(points, quantities=("density", "velocity"), length=2.0)
+    layers = sdpd.BinAverage(axis="y", bins=4, quantities="density")
+    core = sdpd.Profile(axis="y", bins=4)
+    sim.run(steps=50, observe=[average, layers, core], progress=False)
+    middle, low, high, outside = average["density"].mean
+    assert 0.4 < low < 0.9 * middle
+    assert 0.4 < high < 0.9 * middle
+    assert outside == 0.0
+    assert np.isnan(average["velocity"].mean[3]).all()
+    assert layers["density"].mean.mean() == pytest.approx(scene.n_particles / 48.0)
+    assert layers["density"].mean * 12.0 == pytest.approx(core.counts)  # of unit mass
+
+
 def test_a_driven_flow_has_its_profile():
     """A weak sinusoidal force without noise: viscosity from the fitted profile."""
     scene = small_scene(
@@ -156,7 +175,7 @@ def test_a_driven_flow_has_its_profile():
         effects=sdpd.Effects(fluctuations=False),
     )
     sim = small(scene=scene, threads=1)
-    profile = sdpd.Profile(axis="y", bins=12, quantities="velocity", every=10)
+    profile = sdpd.BinAverage(axis="y", bins=12, quantities="velocity", every=10)
     nu = scene.fluid.kinematic_viscosity
     k = 2.0 * np.pi / 12.0
     sim.run(time=8.0 / (nu * k**2), progress=False)
@@ -185,10 +204,10 @@ def test_a_driven_flow_has_its_profile():
         (lambda: sdpd.FieldAverage(LINE, length=20.0), "`length` must be at most"),
         (lambda: sdpd.FieldAverage(LINE, quantities="speed"), "`quantities"),
         (lambda: sdpd.FieldAverage(LINE, quantities=()), "must name at least one"),
-        (lambda: sdpd.Profile(axis="z"), "`axis` must be below 2"),
-        (lambda: sdpd.Profile(axis="y", bins=[0.0, 11.0]), "`bins` must lie between"),
-        (lambda: sdpd.Profile(axis="y", bins=[1.0, 0.0]), "two increasing edges"),
-        (lambda: sdpd.Profile(axis="y", components="x"), "`components` must come with `lag`"),
+        (lambda: sdpd.BinAverage(axis="z"), "`axis` must be below 2"),
+        (lambda: sdpd.BinAverage(axis="y", bins=[0.0, 11.0]), "`bins` must lie between"),
+        (lambda: sdpd.BinAverage(axis="y", bins=[1.0, 0.0]), "two increasing edges"),
+        (lambda: sdpd.BinAverage(axis="y", components="x"), "`components` must come with `lag`"),
     ],
 )
 def test_bad_input_is_named_before_anything_runs(make, text):
@@ -199,12 +218,12 @@ def test_bad_input_is_named_before_anything_runs(make, text):
 
 
 def test_nothing_before_the_first_run():
-    for observer in (sdpd.FieldAverage(LINE), sdpd.Profile(axis="x")):
+    for observer in (sdpd.FieldAverage(LINE), sdpd.BinAverage(axis="x")):
         with pytest.raises(ValueError, match="before the first"):
             observer["density"]
         assert len(observer) == 0
     with pytest.raises(ValueError, match="not known before the first run"):
-        _ = sdpd.Profile(axis="x").target
+        _ = sdpd.BinAverage(axis="x").target
     with pytest.raises(TypeError, match="`target` must be a target"):
         sdpd.FieldAverage([1.0, 2.0])
 
@@ -217,7 +236,7 @@ def trajectory(tmp_path_factory):
     pytest.importorskip("h5py")
     path = tmp_path_factory.mktemp("fields") / "run.h5md"
     sim = small(scene=small_scene(8), seed=27, threads=1)
-    profile = sdpd.Profile(axis="y", bins=4, quantities=("density", "velocity"), every=2)
+    profile = sdpd.BinAverage(axis="y", bins=4, quantities=("density", "velocity"), every=2)
     wanted = sdpd.Trajectory(path, every=2, precision="float64", pressures=True)
     sim.run(steps=20, observe=[wanted, profile], progress=False)
     return path, profile

@@ -63,6 +63,8 @@ def test_profile_of_the_analysis(axes):
     plot.profile(density, label="n", axes=axes)
     assert axes.lines[0].get_ydata().tolist() == density.mean.tolist()
     assert axes.get_legend_handles_labels()[1] == ["n"]
+    plot.profile(([0.0, 1.0], [2.0, 3.0], [0.1, 0.1]), axes=axes)
+    assert axes.lines[-1].get_ydata().tolist() == [2.0, 3.0]
 
 
 def test_map_and_streamlines(axes):

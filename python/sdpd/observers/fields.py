@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sdpd.analysis.blocked import BlockedFunction
     from sdpd.simulation import Simulation
 
-__all__ = ["FieldAverage", "Profile"]
+__all__ = ["BinAverage", "FieldAverage"]
 
 Array = NDArray[np.float64]
 Quantities = Sequence[str | Quantity] | str | Quantity
@@ -154,8 +154,11 @@ class FieldAverage(_Averaging):
         self._sums.add(state, sim)
 
 
-class Profile(_Averaging):
-    r"""Profiles in bins along an axis, averaged over a run and over the box across it.
+class BinAverage(_Averaging):
+    r"""Averages in bins along an axis, over a run and over the box across it.
+
+    Beside `sdpd.Profile`, which samples inside the loop and also bins by the distance from a wall,
+    this takes any quantity, measures the local diffusivity, and needs no length of its blocks.
 
     Parameters
     ----------
@@ -190,7 +193,7 @@ class Profile(_Averaging):
     ...     box=sdpd.Box((1e-8, 1e-8, 1e-8)),
     ...     resolution=sdpd.Resolution(particles=512),
     ... )
-    >>> profile = sdpd.Profile(axis="z", bins=8, quantities=("density", "velocity"), every=5)
+    >>> profile = sdpd.BinAverage(axis="z", bins=8, quantities=("density", "velocity"), every=5)
     >>> sdpd.Simulation(scene, seed=1).run(steps=40, observe=profile)
     >>> profile["velocity_x"].mean.shape, profile["density"].unit
     ((8,), 'kg/m^3')

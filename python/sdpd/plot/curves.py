@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from sdpd import optional
+from sdpd import optional, validation
 from sdpd.analysis.blocked import Profile
 from sdpd.fields import Field
 
@@ -40,7 +40,7 @@ def magnitude(name: str) -> str:
 
 
 def profile(
-    data: Field | Profile,
+    data: Field | Profile | tuple[ArrayLike, ArrayLike, ArrayLike],
     *,
     component: str | int | None = None,
     curve: Curve | None = None,
@@ -53,8 +53,9 @@ def profile(
 
     Parameters
     ----------
-    data : sdpd.fields.Field or sdpd.analysis.Profile
-        On a line or in bins; of a scalar, unless `component` is given.
+    data : sdpd.fields.Field, sdpd.analysis.Profile, or a tuple of three arrays
+        On a line or in bins; of a scalar, unless `component` is given. The arrays are coordinate,
+        value and standard error, e.g. of a `sdpd.Profile`.
     component : str or int, optional
         Of a vector.
     curve : callable, optional
@@ -79,6 +80,9 @@ def profile(
     """
     if isinstance(data, Profile):
         x, mean, stderr = data.centers, data.mean, data.stderr
+        name, across, text = "", "", label
+    elif isinstance(data, tuple):
+        x, mean, stderr = (validation.real_array("data", each, (None,)) for each in data)
         name, across, text = "", "", label
     else:
         chosen = data if component is None else data.component(component)
