@@ -162,8 +162,9 @@ def test_walls_close_an_axis():
     assert 0.2 < high < 0.7 * middle
     assert outside == 0.0
     assert np.isnan(average["velocity"].mean[3]).all()
-    assert layers["density"].mean.mean() == pytest.approx(scene.n_particles / 48.0)
-    assert layers["density"].mean * 12.0 == pytest.approx(core.counts)  # of unit mass
+    mass = scene.particle_mass
+    assert layers["density"].mean.mean() == pytest.approx(scene.n_particles * mass / 48.0)
+    assert layers["density"].mean * 12.0 == pytest.approx(mass * core.counts)
 
 
 def test_a_driven_flow_has_its_profile():
