@@ -110,6 +110,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "analysis": ("sdpd.analysis", None),
     "checkpoint": ("sdpd.checkpoint", None),
     "cli": ("sdpd.cli", None),
+    "correlations": ("sdpd.correlations", None),
     "diffusion": ("sdpd.diffusion", None),
     "fluctuations": ("sdpd.fluctuations", None),
     "h5md": ("sdpd.h5md", None),
@@ -118,6 +119,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "observers": ("sdpd.observers", None),
     "scenes": ("sdpd.scenes", None),
     "simulation": ("sdpd.simulation", None),
+    "viscosity": ("sdpd.viscosity", None),
 }
 
 

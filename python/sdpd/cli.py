@@ -108,11 +108,45 @@ def _fluctuations(options: argparse.Namespace) -> int:
         quick=options.quick,
         progress=False if options.no_progress else None,
     )
+    return _shown(fluctuations, study, options.output)
+
+
+def _correlations(options: argparse.Namespace) -> int:
+    from sdpd import correlations
+
+    study = correlations.run_correlations(
+        _scene(options.scene),
+        waves=options.waves,
+        seed=options.seed,
+        runs=options.runs,
+        quick=options.quick,
+        progress=False if options.no_progress else None,
+    )
+    return _shown(correlations, study, options.output)
+
+
+def _viscosity(options: argparse.Namespace) -> int:
+    from sdpd import viscosity
+
+    study = viscosity.run_viscosity(
+        _scene(options.scene),
+        dt="auto" if options.dt is None else options.dt,
+        particles=options.particles,
+        seed=options.seed,
+        time_factor=options.time_factor,
+        quick=options.quick,
+        progress=False if options.no_progress else None,
+    )
+    return _shown(viscosity, study, options.output)
+
+
+def _shown(package: Any, study: Any, output: str | None) -> int:
+    """Print a study, write its files and figure where asked, and give its verdict."""
     print(study)
-    if options.output is not None:
-        paths = fluctuations.write(study, options.output)
+    if output is not None:
+        paths = package.write(study, output)
         if importlib.util.find_spec("matplotlib") is not None:
-            paths.append(fluctuations.write_figure(study, options.output))
+            paths.append(package.write_figure(study, output))
         else:
             print("no figure: matplotlib is missing (pip install 'sdpd[plot]')", file=sys.stderr)
         print("\nwritten: " + ", ".join(map(str, paths)))
@@ -255,6 +289,8 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _diffusion_options(commands)
     _fluctuations_options(commands)
+    _correlations_options(commands)
+    _viscosity_options(commands)
     for name, run, text in (
         ("regime", _regime, "dimensionless numbers of a scene and what they mean"),
         ("cost", _cost, "memory, pairs and every bound on the time step of a scene"),
@@ -325,6 +361,40 @@ def _fluctuations_options(commands: Any) -> None:
     add = command.add_argument
     add("scene", metavar="SCENE.toml")
     add("-o", "--output", metavar="DIR", help="write table, text and figure there")
+    add("--seed", type=int, default=1, help="key of all randomness (default 1)")
+    add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
+    add("--quick", action="store_true", help="seconds, larger errors")
+    add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _correlations_options(commands: Any) -> None:
+    text = "waves of a scene: correlation functions, nu, c and Gamma beside linearised theory"
+    command = commands.add_parser("correlations", help=text, description=text)
+    command.set_defaults(run=_correlations)
+    add = command.add_argument
+    add("scene", metavar="SCENE.toml")
+    add("-o", "--output", metavar="DIR", help="write tables, text and figure there")
+    add(
+        "--waves",
+        type=_numbers,
+        metavar="N,N",
+        help="wavelengths along each edge of the box (default 1,2,4 where resolved)",
+    )
+    add("--seed", type=int, default=1, help="key of all randomness (default 1)")
+    add("--runs", type=int, help="independent runs (default 16, with --quick 8)")
+    add("--quick", action="store_true", help="a quarter of the work, larger errors")
+    add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _viscosity_options(commands: Any) -> None:
+    text = "viscosity that a scene delivers: four ways side by side, beside what was asked for"
+    command = commands.add_parser("viscosity", help=text, description=text)
+    command.set_defaults(run=_viscosity)
+    add = command.add_argument
+    add("scene", metavar="SCENE.toml")
+    add("-o", "--output", metavar="DIR", help="write table, text and figure there")
+    add("--dt", type=float, help="time step (default: that of a simulation of the scene)")
+    add("--particles", type=int, metavar="N", help="in a cube (default: the scene's box)")
     add("--seed", type=int, default=1, help="key of all randomness (default 1)")
     add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
     add("--quick", action="store_true", help="seconds, larger errors")

@@ -14,6 +14,8 @@ TABLES = {
     "default_kernel": "| **Wendland C2** | none |",
     "delivered_viscosity": "| $\\Delta t/\\tau$ | Lucy 3 | Wendland C2 3 |",
     "verlet_temperature": "| one mode, slope | +0.000 | -0.250 | -0.500 |",
+    "observers": "| `StressCorrelator(parts=True)` |",
+    "bian2015": "| mean density of particles | 1.001 |",
     "noise": "| excess kurtosis of the velocity components |",
     "performance": "| pair splitting | 1 | 2.000 |",
     "poiseuille": "| 0.05 s |",
@@ -35,7 +37,7 @@ def script(monkeypatch):
     before = set(sys.modules)
     monkeypatch.syspath_prepend(str(SCRIPTS))
     yield importlib.import_module
-    for name in {"channel", "report", *TABLES} & (set(sys.modules) - before):
+    for name in {"bian2015_runs", "channel", "report", *TABLES} & (set(sys.modules) - before):
         del sys.modules[name]
 
 

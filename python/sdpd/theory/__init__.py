@@ -15,12 +15,14 @@ from .hydrodynamics import HydrodynamicTheory, isothermal_sound_speed
 from .kernel_moments import friction_integral, kernel_square_integral, kernel_transform
 from .landau_lifshitz import CellVariances, cell_variances
 from .tails import finite_size_diffusion, vacf_tail
+from .viscosity import ViscosityTheory
 
 __all__ = [
     "CellVariances",
     "DensityTheory",
     "FrictionTheory",
     "HydrodynamicTheory",
+    "ViscosityTheory",
     "cell_count_variance",
     "cell_variances",
     "couette_velocity",
