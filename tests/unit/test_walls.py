@@ -209,6 +209,7 @@ def test_relaxed_density_at_a_round_wall(fluid):
 def test_numbers_of_particles():
     scene = pipe_scene(resolution=sdpd.Resolution(particles=2500, support=2.0, kernel="lucy"))
     assert scene.n_particles == 2500
+    assert "Cylinder(radius=10.4, centre=(10.4, 10.4, 0.0), fluid='inside')" in str(scene)
     volume = math.pi * 10.4**2 * 7.0
     assert scene.spacing == pytest.approx((volume / 2500) ** (1 / 3))
     lattice = pipe_scene(start=sdpd.LatticeStart())
