@@ -33,7 +33,7 @@ class Layers:
 def scene_of(kind: str) -> sdpd.Scene:
     """A slab, a square duct, a pipe or a sphere of R = 5h; m = dx = k_B T = 1."""
     law = sdpd.eos.Linear(background_pressure=SOUND_SPEED**2)
-    radius = 5.0 * SUPPORT
+    radius = 5.03 * SUPPORT  # the spacing is not quite 1, and h is to stay below R/5
     if kind == "slab":
         box = sdpd.Box((7.0, 7.0, 12.0), periodic="xy")
         walls: tuple[sdpd.walls.Wall, ...] = sdpd.walls.slab(box)

@@ -81,15 +81,19 @@ def sample(sim: sdpd.Simulation, samples: int, every: int, layer: float) -> dict
     return {name: np.asarray(values) for name, values in rows.items()}
 
 
-@pytest.mark.parametrize("kind", ["closed", "circle"])
-@pytest.mark.parametrize("integrator", ["pair_splitting", "velocity_verlet"])
+@pytest.mark.parametrize(
+    ("integrator", "kind"),
+    [
+        ("pair_splitting", "closed"),
+        ("pair_splitting", "circle"),
+        ("velocity_verlet", "closed"),  # the circle would take sixty times the steps
+    ],
+)
 def test_equilibrium_in_the_outermost_layer(integrator: str, kind: str) -> None:
     chosen = scene(kind)
     tau = chosen.friction_time
     splitting = integrator == "pair_splitting"
     dt, every = (0.5 * tau, 3) if splitting else (tau / 60.0, 60)
-    if not splitting and kind == "circle":
-        pytest.skip("covered by the forces of the twin; sixty times the steps")
     sim = sdpd.Simulation(chosen, integrator=integrator, dt=dt, seed=11, threads=1)
     samples = 20 if not splitting else 60 if kind == "closed" else 30
     found = sample(sim, samples, every, 1.0)
