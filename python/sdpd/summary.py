@@ -22,7 +22,7 @@ def _particle_rows(scene: Scene) -> list[tuple[str, str]]:
     return [
         ("fluid", scene.fluid.describe(scene.dimension)),
         ("box", f"{lengths}{' m' if si else ''}, {_periodicity(scene)}"),
-        *[("wall", repr(wall)) for wall in scene.walls],
+        *[("wall", str(wall)) for wall in scene.walls],
         ("particles", f"{scene.n_particles}, spacing {spacing}, mass {mass}"),
         ("kernel", f"{kernel}, {scene.pairs_per_particle:.0f} pairs a particle"),
         ("start", repr(scene.start)),

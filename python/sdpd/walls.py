@@ -6,7 +6,7 @@ never changes. How particles feel it: docs/theory/walls.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,14 @@ class Wall:
     def radius_of_curvature(self) -> float | None:
         """Radius of a round wall [length]; None for a plane."""
         return None
+
+    def __str__(self) -> str:
+        given = (
+            f"{field.name}={getattr(self, field.name)!r}"
+            for field in fields(self)  # type: ignore[arg-type]
+            if getattr(self, field.name) != field.default
+        )
+        return f"{type(self).__name__}({', '.join(given)})"
 
 
 def _three(values: Any) -> list[float]:

@@ -70,12 +70,13 @@ impl<'a, T> Shared<'a, T> {
 }
 
 /// Calls `work` for every block and its number, colour by colour; in parallel where the pool has
-/// threads.
+/// threads. The call is a virtual one, so that the parallel loop is compiled once and not for every
+/// combination.
 pub(crate) fn for_each_block(
     grid: &Grid,
     list: &PairList,
     reverse: bool,
-    work: impl Fn(u32, &BlockList) + Sync,
+    work: &(dyn Fn(u32, &BlockList) + Sync),
 ) {
     let parallel = rayon::current_num_threads() > 1;
     let colour_work = |colour: &Vec<u32>| {

@@ -168,7 +168,7 @@ pub(super) fn for_each_links(
     grid: &Grid,
     links: &mut [BlockLinks],
     reverse: bool,
-    work: impl Fn(&mut BlockLinks) + Sync,
+    work: &(dyn Fn(&mut BlockLinks) + Sync),
 ) {
     let parallel = rayon::current_num_threads() > 1;
     let shared = Shared::new(links);
@@ -198,7 +198,7 @@ pub(super) fn for_each_links(
 pub(super) fn for_each_near(
     near: &[Near],
     tasks: &mut [OwnImages],
-    work: impl Fn(&[Near], &mut OwnImages) + Sync,
+    work: &(dyn Fn(&[Near], &mut OwnImages) + Sync),
 ) {
     near.par_chunks(TASK)
         .zip(tasks.par_iter_mut())

@@ -112,13 +112,13 @@ pub fn wall_exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     };
     let backward = direction == Direction::Backward;
     if backward {
-        for_each_near(&walls.near, &mut tasks, |_, own| {
+        for_each_near(&walls.near, &mut tasks, &|_, own| {
             for view in own.views.iter().rev() {
                 task.own(view, &mut own.tally);
             }
         });
     }
-    for_each_links(grid, &mut links, backward, |block| {
+    for_each_links(grid, &mut links, backward, &|block| {
         if backward {
             for view in block.views.iter().rev() {
                 task.link(view, &mut block.tally);
@@ -130,7 +130,7 @@ pub fn wall_exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
         }
     });
     if !backward {
-        for_each_near(&walls.near, &mut tasks, |_, own| {
+        for_each_near(&walls.near, &mut tasks, &|_, own| {
             for view in &own.views {
                 task.own(view, &mut own.tally);
             }

@@ -269,12 +269,12 @@ fn sweep<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVAT
         motion,
         form: PhantomData,
     };
-    for_each_links(grid, &mut links, false, |block| {
+    for_each_links(grid, &mut links, false, &|block| {
         for view in &block.views {
             task.link(view, &mut block.tally);
         }
     });
-    for_each_near(&walls.near, &mut tasks, |_, own| {
+    for_each_near(&walls.near, &mut tasks, &|_, own| {
         for view in &own.views {
             task.own(view, &mut own.tally);
         }

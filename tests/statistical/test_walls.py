@@ -16,7 +16,7 @@ import sdpd
 
 BLOCKS = 32
 LARGEST_T = 4.3
-LARGEST_ERROR = 0.008  # a fault of 4 % cannot hide
+LARGEST_ERROR = 0.009  # a fault of 4 % cannot hide
 
 FLUID = sdpd.Fluid(
     density=1.0,
@@ -81,22 +81,27 @@ def sample(sim: sdpd.Simulation, samples: int, every: int, layer: float) -> dict
     return {name: np.asarray(values) for name, values in rows.items()}
 
 
-@pytest.mark.parametrize("kind", ["closed", "circle"])
-@pytest.mark.parametrize("integrator", ["pair_splitting", "velocity_verlet"])
+@pytest.mark.parametrize(
+    ("integrator", "kind"),
+    [
+        ("pair_splitting", "closed"),
+        ("pair_splitting", "circle"),
+        ("velocity_verlet", "closed"),  # the circle would take sixty times the steps
+    ],
+)
 def test_equilibrium_in_the_outermost_layer(integrator: str, kind: str) -> None:
     chosen = scene(kind)
     tau = chosen.friction_time
     splitting = integrator == "pair_splitting"
     dt, every = (0.5 * tau, 3) if splitting else (tau / 60.0, 60)
-    if not splitting and kind == "circle":
-        pytest.skip("covered by the forces of the twin; sixty times the steps")
     sim = sdpd.Simulation(chosen, integrator=integrator, dt=dt, seed=11, threads=1)
-    found = sample(sim, 120 if splitting else 40, every, 1.0)
+    samples = 20 if not splitting else 60 if kind == "closed" else 30
+    found = sample(sim, samples, every, 1.0)
     unit = chosen.thermal_energy / chosen.particle_mass
     for name in ("normal", "tangential", "bulk"):
         blocks = found[name] / unit
         error = blocks.std(ddof=1) / np.sqrt(BLOCKS)
-        assert error < (LARGEST_ERROR if splitting else 2.0 * LARGEST_ERROR)
+        assert error < (LARGEST_ERROR if splitting else 1.6 * LARGEST_ERROR)
         assert abs(blocks.mean() - 1.0) < LARGEST_T * error, (name, blocks.mean(), error)
     flow = found["flow"] / np.sqrt(unit)
     error = flow.std(ddof=1) / np.sqrt(BLOCKS)

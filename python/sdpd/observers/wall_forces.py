@@ -31,6 +31,13 @@ class WallForces(LoopObserver):
     every : int, optional
         Steps between samples; that of the run if None.
 
+    Notes
+    -----
+    The general form of friction does not conserve angular momentum: the traction it exerts on a
+    wall has dv/dr where that of a viscous fluid has dv/dr - v/r (the part with a). Forces, and the
+    torque on a body at rest in a wide fluid, are right; for the torque on a turning body use
+    ``Effects(central_friction=True)``.
+
     Examples
     --------
     >>> import sdpd

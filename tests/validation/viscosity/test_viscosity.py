@@ -21,8 +21,8 @@ from tests.validation import record
 
 EDGE = {2: 16, 3: 8}
 # Lags must outlast the relaxation of the stress, whose time goes with the friction.
-TIME_FACTOR = {2.0: 0.35, 5.0: 0.4, 20.0: 0.55, 80.0: 0.7}
-SHARE = {2: 0.3, 3: 1.0}  # of it
+TIME_FACTOR = {2.0: 0.35, 5.0: 0.35, 20.0: 0.5, 80.0: 0.8}
+SHARE = {2: 0.4, 3: 1.0}  # of it
 CASES = [
     (dimension, kernel, eta)
     for dimension in (2, 3)
@@ -69,7 +69,7 @@ def test_methods_agree(case: tuple[int, str, float]) -> None:
     # A method that were off by a tenth would be seen where all cases are judged together, below;
     # alone it must not be so noisy that it says nothing.
     for method in study.methods:
-        assert method.viscosity.relative < 0.08, f"{method.name}: too noisy to see a fault"
+        assert method.viscosity.relative < 0.10, f"{method.name}: too noisy to see a fault"
     assert study.viscosity.relative < 0.03
 
 

@@ -15,7 +15,7 @@ LIMITS = {"slab": 0.005, "duct": 0.005, "pipe": 0.01, "post": 0.01, "sphere": 0.
 
 @pytest.mark.parametrize("kind", LIMITS)
 def test_equilibrium(kind: str) -> None:
-    found = module.measure(kind, 32, 60)
+    found = module.measure(kind)
     limit = LIMITS[kind]
     assert np.all(found.temperature_error < 0.5 * limit), "too few samples to see a fault"
     # within the limit, or a deviation that noise explains
