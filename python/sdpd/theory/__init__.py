@@ -14,6 +14,7 @@ from .hydrodynamics import HydrodynamicTheory, isothermal_sound_speed
 from .kernel_moments import friction_integral, kernel_square_integral, kernel_transform
 from .landau_lifshitz import CellVariances, cell_variances
 from .tails import finite_size_diffusion, vacf_tail
+from .vacf_modes import vacf_modes
 from .viscosity import ViscosityTheory
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "pairing_limit",
     "reduced_equation_of_state",
     "stiffness_slope",
+    "vacf_modes",
     "vacf_tail",
     "viscosities",
 ]
