@@ -6,7 +6,7 @@ import pytest
 
 from tests.validation import record
 
-CASES = ("diffusion_water",)
+CASES = ("bian2015", "diffusion_water")
 
 
 @pytest.mark.parametrize("case", CASES)

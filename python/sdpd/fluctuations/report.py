@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from sdpd import timestep
@@ -13,20 +14,25 @@ if TYPE_CHECKING:
     from sdpd.fluctuations.results import Item
     from sdpd.fluctuations.study import Study
 
-__all__ = ["report", "threshold"]
+__all__ = ["failure_bound", "item_table", "report", "threshold"]
 
 
 def threshold(study: Study) -> float:
     """Standard errors at which one item of this family fails, by Student's t."""
+    return failure_bound(len(study.items), study.plan.blocks)
+
+
+def failure_bound(items: int, blocks: int) -> float:
+    """Standard errors at which one of so many items fails, by Student's t from so many blocks."""
     from scipy import stats
 
-    share = LEVEL / len(study.items)
-    return float(stats.t.isf(0.5 * share, study.plan.blocks - 1))
+    return float(stats.t.isf(0.5 * LEVEL / items, blocks - 1))
 
 
 def report(study: Study) -> str:
     """Everything the command prints."""
-    return "\n\n".join([_head(study), _table(study), _notes(study), _verdict(study)])
+    table = item_table(study.items, study.agreed, threshold(study))
+    return "\n\n".join([_head(study), table, _notes(study), _verdict(study)])
 
 
 def _head(study: Study) -> str:
@@ -47,16 +53,17 @@ def _head(study: Study) -> str:
     )
 
 
-def _table(study: Study) -> str:
-    bound = threshold(study)
+def item_table(items: Sequence[Item], agreed: Sequence[bool], bound: float) -> str:
+    """One line an item, group by group, with what it can see at so many standard errors."""
     lines = [["", "measured", "SE", "theory", "", "z", "sees", ""]]
     group = ""
-    for item, agreed in zip(study.items, study.agreed, strict=True):
+    for item, right in zip(items, agreed, strict=True):
         if item.group != group:
             group = item.group
             lines.append([group, *[""] * 7])
-        lines.append(_line(item, agreed, bound))
-    widths = [max(len(line[k]) for line in lines) for k in range(8)]
+        lines.append(_line(item, right, bound))
+    numbered = [line for line in lines if any(line[1:])]  # titles may run on over the numbers
+    widths = [max(len(line[k]) for line in numbered) for k in range(8)]
     rows = []
     for line in lines:
         numbers = [cell.rjust(width) for cell, width in zip(line, widths, strict=True)]

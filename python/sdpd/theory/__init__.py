@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .channel_flow import couette_velocity, pipe_velocity, poiseuille_velocity
 from .density import (
     DensityTheory,
     cell_count_variance,
@@ -25,6 +26,7 @@ __all__ = [
     "ViscosityTheory",
     "cell_count_variance",
     "cell_variances",
+    "couette_velocity",
     "finite_size_diffusion",
     "friction_coefficients",
     "friction_integral",
@@ -32,6 +34,8 @@ __all__ = [
     "kernel_square_integral",
     "kernel_transform",
     "pairing_limit",
+    "pipe_velocity",
+    "poiseuille_velocity",
     "reduced_equation_of_state",
     "stiffness_slope",
     "vacf_modes",
