@@ -32,6 +32,18 @@ pub enum Error {
         /// The limit, in units of the support.
         limit: f64,
     },
+    /// A particle is behind a wall, or outside of a box that is not periodic.
+    #[error("step {step}: particle {id} at ({place}) has left the fluid: {wall}")]
+    Escaped {
+        /// Step in which it was seen.
+        step: u64,
+        /// Persistent id of the particle.
+        id: u64,
+        /// Where it is, in the user's units.
+        place: String,
+        /// Behind which wall, and how far.
+        wall: String,
+    },
 }
 
 /// Result with the core's error.

@@ -7,13 +7,16 @@
 //! | `sweep` | the hot loops over pairs |
 //! | `integrator`, `registry` | how a step is made; which combinations exist |
 //! | `simulation`, `observe`, `effect` | the engine, what it measures, what acts on it |
+//! | `wall` | walls: their geometry and the images of particles near them |
 //! | `relax` | fluid-like starts from random positions |
+//! | `fields` | kernel sums over particles at given points |
 //! | `python` | the binding, the only module that knows PyO3 |
 
 pub mod domain;
 pub mod effect;
 pub mod eos;
 pub mod error;
+pub mod fields;
 pub mod integrator;
 pub mod kernel;
 pub mod neighbor;
@@ -29,3 +32,4 @@ pub mod state;
 pub mod sweep;
 pub mod units;
 pub mod valid;
+pub mod wall;

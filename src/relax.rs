@@ -13,7 +13,8 @@ use crate::neighbor::{Grid, PairList};
 use crate::physics::{Frictionless, PairFriction};
 use crate::random::{Sequence, Silent, Stream, SweepKey};
 use crate::state::Particles;
-use crate::sweep::{number_densities, pair_forces};
+use crate::sweep::{number_densities, pair_forces, wall_densities, wall_forces};
+use crate::wall::Walls;
 
 /// Normal velocities of unit variance by row, (n, D), before any momentum is taken off.
 pub fn normal_velocities(n: usize, dimension: usize, seed: u64) -> Vec<f64> {
@@ -40,15 +41,17 @@ pub fn uniform_positions(n: usize, dimension: usize, seed: u64) -> Vec<f64> {
 }
 
 /// Relaxes positions [h], row by row, in place: iterations `slice` of `total`, which a caller may do
-/// in several calls. Returns the relative standard deviation of the kernel density at the end.
+/// in several calls. `volume` [h^D] is that of the fluid; `walls` are those for Wendland C2. Returns
+/// the relative standard deviation of the kernel density at the end.
 pub fn relax<const D: usize>(
     positions: &mut [[f64; 3]],
     cell: &PeriodicBox,
+    walls: &mut Walls,
+    volume: f64,
     slice: std::ops::Range<u32>,
     total: u32,
 ) -> Result<f64> {
     let n = positions.len();
-    let volume: f64 = cell.edges[..D].iter().product();
     let spacing = (volume / n as f64).powf(1.0 / D as f64);
     let skin = (0.3 * spacing).clamp(0.02, 0.3);
     let mut particles = Particles::new(n, false);
@@ -72,7 +75,9 @@ pub fn relax<const D: usize>(
             if list.overflow {
                 return Err(list.overflow_error());
             }
+            walls.rebuild::<D>(&particles, &grid, &list, cell, skin);
         }
+        wall_densities::<WendlandC2, D>(&mut particles, walls, &grid, cell);
         for record in &mut particles.velocity {
             record[3] = 1.0;
         }
@@ -84,6 +89,13 @@ pub fn relax<const D: usize>(
             silent,
             key,
             None,
+        );
+        wall_forces::<WendlandC2, Frictionless, Silent, D>(
+            &mut particles,
+            walls,
+            &grid,
+            silent,
+            key,
         );
         let square = |f: &[f64; 4]| f[..D].iter().map(|x| x * x).sum::<f64>();
         let largest = particles
@@ -102,17 +114,24 @@ pub fn relax<const D: usize>(
         for slot in 0..n {
             let force = particles.force[slot];
             let position = &mut particles.position[slot];
-            let mut moved = 0.0;
             for a in 0..D {
                 position[a] += step * force[a];
-                moved += (position[a] - grid.reference[slot][a]).powi(2);
             }
+        }
+        walls.bounce(&mut particles, cell);
+        for slot in 0..n {
+            let position = &particles.position[slot];
+            let moved: f64 = (0..D)
+                .map(|a| (position[a] - grid.reference[slot][a]).powi(2))
+                .sum();
             stale |= 4.0 * moved > skin * skin;
         }
     }
     grid.renew(cell, D, &mut particles);
     list.build::<D>(&grid, cell, &particles, 1.0, false);
+    walls.rebuild::<D>(&particles, &grid, &list, cell, 0.0);
     number_densities::<WendlandC2, D>(&mut particles, &grid, &list, cell);
+    wall_densities::<WendlandC2, D>(&mut particles, walls, &grid, cell);
     for slot in 0..n {
         let position = particles.position[slot];
         positions[particles.row[slot] as usize] = [position[0], position[1], position[2]];

@@ -17,6 +17,7 @@ use crate::state::Particles;
 use crate::sweep::Tally;
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
+use crate::wall::{WallSettings, Walls};
 
 /// A displacement per step, in supports, beyond which a run has gone wrong.
 const RUNAWAY: f64 = 1.0;
@@ -56,6 +57,10 @@ pub struct Settings {
     pub flow_speed: f64,
     /// Threads.
     pub threads: usize,
+    /// Is each axis periodic? Empty: all are.
+    pub periodic: Vec<bool>,
+    /// Walls.
+    pub walls: Vec<WallSettings>,
 }
 
 /// Squared displacements and speed found while moving the particles.
@@ -89,6 +94,8 @@ pub struct Engine {
     pub grid: Grid,
     /// Pairs.
     pub list: PairList,
+    /// Walls and what is near them.
+    pub walls: Walls,
     /// Equation of state in the user's units.
     pub eos: Box<dyn EquationOfState>,
     /// Friction coefficients and kB T.
@@ -146,6 +153,11 @@ fn build_body_force(settings: &Settings, units: &Units) -> Result<BodyForce> {
     }
     Ok(match wave {
         None => BodyForce::Uniform(scaled),
+        Some((axis, _)) if settings.periodic.get(*axis) == Some(&false) => {
+            return Err(Error::Invalid(format!(
+                "`body_force` must vary along a periodic axis, got axis {axis}"
+            )));
+        }
         Some((axis, waves)) if *axis < dimension && *waves > 0 => BodyForce::Sinusoidal {
             amplitude: scaled,
             axis: *axis,
@@ -195,7 +207,9 @@ impl Engine {
             )));
         }
         let dt = positive("dt", settings.dt)?;
-        let cell = PeriodicBox::new(&settings.edges, support)?;
+        let mut periodic = settings.periodic.clone();
+        periodic.resize(dimension, true);
+        let cell = PeriodicBox::with_walls(&settings.edges, support, &periodic)?;
         let eos = eos::build(&settings.eos.0, &settings.eos.1)?;
         let volume: f64 = settings.edges.iter().product();
         let rho = mass * n as f64 / volume;
@@ -244,7 +258,10 @@ impl Engine {
             .build()
             .map_err(|e| Error::Invalid(format!("`threads` = {threads}: {e}")))?;
         let drag = integrator.needs_drag();
+        let kernel = &settings.combination.kernel;
+        let walls = Walls::new(&settings.walls, kernel, dimension, &cell, &units)?;
         Ok(Self {
+            walls,
             body_force: build_body_force(settings, &units)?,
             units,
             dimension,
@@ -384,6 +401,7 @@ impl Engine {
             + 4 * particles.row.capacity()
             + 12 * particles.image.capacity()
             + self.grid.bytes()
+            + self.walls.bytes()
     }
 
     /// Advances by `steps` steps of `dt` [user].
@@ -406,12 +424,14 @@ impl Engine {
         let pool = Arc::clone(&self.pool);
         let scaled = dt / self.units.time();
         self.each_observer(|observer| observer.begin());
+        let impulse = self.walls.impulse.clone();
         let result = pool
             .install(|| integrator.run(self, steps, scaled))
             // The last kick of a run is followed by no drift that would notice.
             .and_then(|()| self.check_finite());
         if result.is_err() {
             self.each_observer(|observer| observer.forget());
+            self.walls.impulse = impulse;
         }
         result
     }
@@ -448,6 +468,7 @@ impl Engine {
     ) -> Result<()> {
         if renew_grid {
             self.check_finite()?;
+            self.check_limits()?;
             self.grid.renew(&self.cell, D, &mut self.particles);
             self.counters.grid_renewals += 1;
         }
@@ -465,7 +486,66 @@ impl Engine {
         if self.list.overflow {
             return Err(self.list.overflow_error());
         }
+        self.walls.rebuild::<D>(
+            &self.particles,
+            &self.grid,
+            &self.list,
+            &self.cell,
+            self.skin,
+        );
         Ok(())
+    }
+
+    /// Nothing may have left through an axis that is not periodic.
+    fn check_limits(&self) -> Result<()> {
+        const ROUNDING: f64 = 1e-9;
+        if self.cell.periodic[..self.dimension].iter().all(|&p| p) {
+            return Ok(());
+        }
+        let outside = |position: &[f64; 4]| {
+            (0..self.dimension).any(|a| {
+                !self.cell.periodic[a]
+                    && !(-ROUNDING..=self.cell.limits[a] + ROUNDING).contains(&position[a])
+            })
+        };
+        match self.particles.position.iter().position(outside) {
+            None => Ok(()),
+            Some(slot) => Err(self.escape(slot)),
+        }
+    }
+
+    fn escape(&self, slot: usize) -> Error {
+        let record = &self.particles.position[slot];
+        let at = [record[0], record[1], record[2]];
+        let place: Vec<String> = at[..self.dimension]
+            .iter()
+            .map(|x| format!("{:.6e}", x * self.units.length))
+            .collect();
+        let (distance, wall) = self.walls.nearest(at, &self.cell);
+        Error::Escaped {
+            step: self.step,
+            id: self.particles.id[slot],
+            place: place.join(", "),
+            wall: if distance < 0.0 {
+                format!("{:.3e} behind wall {wall}", -distance * self.units.length)
+            } else {
+                "outside of the box".into()
+            },
+        }
+    }
+
+    /// Puts back what has crossed a wall.
+    pub(crate) fn bounce(&mut self) -> Result<()> {
+        if !self.walls.any() {
+            return Ok(());
+        }
+        match self.walls.bounce(&mut self.particles, &self.cell) {
+            None => Ok(()),
+            Some(slot) => {
+                self.check_finite()?;
+                Err(self.escape(slot as usize))
+            }
+        }
     }
 
     fn check_finite(&self) -> Result<()> {
@@ -511,6 +591,7 @@ impl Engine {
 
     /// v += t f, body force included.
     pub(crate) fn kick(&mut self, t: f64) {
+        self.walls.kick(t);
         if let Some(tally) = &mut self.tally {
             tally.kick(t);
         }
@@ -554,6 +635,7 @@ impl Engine {
 
     /// force += drag; if `again`, the velocities follow and the next difference is prepared.
     pub(crate) fn add_drag(&mut self, t: f64, again: bool) {
+        self.walls.add_drag(t, again);
         if let Some(tally) = &mut self.tally {
             tally.correct(if again { t } else { 0.0 });
         }
@@ -649,6 +731,7 @@ impl Engine {
             units: &self.units,
             cell: &self.cell,
             particles: &self.particles,
+            walls: &self.walls,
             eos: self.eos.as_ref(),
             tally: self.tally.as_ref(),
         };

@@ -2,10 +2,13 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
+use sdpd::observe::{Correlator, Currents, Parts, StressCorrelator};
 use sdpd::registry::Combination;
 use sdpd::relax::{normal_velocities, uniform_positions};
 use sdpd::simulation::{Engine, Settings};
+use sdpd::wall::WallSettings;
 
 struct Counting;
 
@@ -27,7 +30,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-fn engine(integrator: &str, threads: usize) -> Engine {
+fn engine(integrator: &str, threads: usize, walls: bool) -> Engine {
     let (n, edge) = (1728, 12.0);
     let settings = Settings {
         combination: Combination {
@@ -51,6 +54,8 @@ fn engine(integrator: &str, threads: usize) -> Engine {
         skin: None,
         flow_speed: 0.0,
         threads,
+        periodic: vec![true, !walls, !walls],
+        walls: if walls { duct(edge) } else { Vec::new() },
     };
     let mut engine = Engine::new(n, &settings).unwrap();
     let positions = uniform_positions(n, 3, 5);
@@ -72,19 +77,55 @@ fn allocations(engine: &mut Engine, steps: u64) -> usize {
     COUNT.load(Ordering::Relaxed) - before
 }
 
+/// Four planes along x, with corners.
+fn duct(edge: f64) -> Vec<WallSettings> {
+    let plane = |axis: usize, at: f64, side: f64| {
+        let mut numbers = vec![0.0; 10];
+        numbers[axis] = at;
+        numbers[3 + axis] = side;
+        ("plane".to_string(), numbers)
+    };
+    (1..3)
+        .flat_map(|axis| [plane(axis, 0.0, 1.0), plane(axis, edge, -1.0)])
+        .collect()
+}
+
+/// Everything that measures inside the loop, at every step.
+fn attach_correlators(engine: &mut Engine) {
+    let n = engine.particles.len();
+    let vectors = vec![[1, 0, 0], [0, -2, 1]];
+    let stress = StressCorrelator::new(1, 3, Parts::All, 8, 4).unwrap();
+    let currents = Currents::new(1, 3, vectors, 8, 4, n).unwrap();
+    engine.attach(Arc::new(Mutex::new(stress)));
+    engine.attach(Arc::new(Mutex::new(currents)));
+    engine.attach(Arc::new(Mutex::new(
+        Correlator::new(1, 3, 8, 4, n).unwrap(),
+    )));
+}
+
 /// One test, so that nothing else allocates at the same time.
 #[test]
 fn a_step_allocates_nothing() {
-    for integrator in ["velocity_verlet", "pair_splitting"] {
+    for (integrator, observed) in [
+        ("velocity_verlet", false),
+        ("pair_splitting", false),
+        ("velocity_verlet", true),
+        ("pair_splitting", true),
+    ] {
         for threads in [1, 2] {
-            let mut engine = engine(integrator, threads);
-            let few = allocations(&mut engine, 10);
-            let many = allocations(&mut engine, 110);
-            // Entering the pool may cost a handful per run; 100 more steps must cost nothing.
-            assert!(
-                many <= few + 4,
-                "{integrator} on {threads} threads: {few} allocations in 10 steps, {many} in 110"
-            );
+            for walls in [false, true] {
+                let mut engine = engine(integrator, threads, walls);
+                if observed {
+                    attach_correlators(&mut engine);
+                }
+                let few = allocations(&mut engine, 10);
+                let many = allocations(&mut engine, 110);
+                // Entering the pool may cost a handful per run; 100 more steps must cost nothing.
+                assert!(
+                    many <= few + 4,
+                    "{integrator} on {threads} threads, observed: {observed}, walls: {walls}: {few} allocations in 10 steps, {many} in 110"
+                );
+            }
         }
     }
 }

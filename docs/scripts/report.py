@@ -61,11 +61,11 @@ class Report:
         path.write_text(text, encoding="utf-8")
         return path
 
-    def figure(self, figure: Any) -> None:
-        """Write figures/NAME.png and close the figure."""
+    def figure(self, figure: Any, part: str = "") -> None:
+        """Write figures/NAME.png, or NAME_PART.png, and close the figure."""
         import matplotlib.pyplot as plt
 
-        path = self.output / "figures" / f"{self.name}.png"
+        path = self.output / "figures" / f"{'_'.join(filter(None, (self.name, part)))}.png"
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=150, metadata={"Software": None})
         plt.close(figure)

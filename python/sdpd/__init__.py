@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from sdpd import discretization, fluids, kernels, timestep
+from sdpd import discretization, fluids, kernels, timestep, walls
 from sdpd import equations_of_state as eos
 from sdpd.box import Box
 from sdpd.cost import Cost
@@ -28,36 +28,46 @@ from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.regime import Regime
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
+from sdpd.walls import Cylinder, Plane, Sphere
 
 if TYPE_CHECKING:
-    from sdpd import analysis, h5md, interop, simulation
+    from sdpd import analysis, fields, h5md, interop, plot, simulation
     from sdpd.checkpoint import load
     from sdpd.h5md import Trajectory
     from sdpd.observers import (
+        BinAverage,
         Correlator,
         CurrentCorrelator,
+        FieldAverage,
         Observer,
+        Profile,
         Stress,
         StressCorrelator,
         Thermodynamics,
+        WallForces,
     )
     from sdpd.simulation import Simulation
 
 __version__: str
 
 __all__ = [
+    "BinAverage",
     "Box",
     "CheckpointError",
     "Correlator",
     "Cost",
     "CurrentCorrelator",
+    "Cylinder",
     "DiscreteFactors",
     "Effects",
+    "FieldAverage",
     "Fluid",
     "LatticeStart",
     "Observer",
     "PairSplitting",
     "PairingWarning",
+    "Plane",
+    "Profile",
     "RandomStart",
     "Regime",
     "Resolution",
@@ -67,6 +77,7 @@ __all__ = [
     "Simulation",
     "SimulationError",
     "SinusoidalForce",
+    "Sphere",
     "Stress",
     "StressCorrelator",
     "Thermodynamics",
@@ -74,22 +85,30 @@ __all__ = [
     "Trajectory",
     "UniformForce",
     "VelocityVerlet",
+    "WallForces",
     "analysis",
     "discretization",
     "eos",
+    "fields",
     "fluids",
     "h5md",
     "interop",
     "kernels",
     "load",
+    "plot",
     "simulation",
     "timestep",
+    "walls",
 ]
 
 # Loaded on first use, so that `import sdpd` costs NumPy and little more. Name -> module, attribute.
 _LAZY: dict[str, tuple[str, str | None]] = {
+    "BinAverage": ("sdpd.observers", "BinAverage"),
     "Correlator": ("sdpd.observers", "Correlator"),
+    "Profile": ("sdpd.observers", "Profile"),
+    "WallForces": ("sdpd.observers", "WallForces"),
     "CurrentCorrelator": ("sdpd.observers", "CurrentCorrelator"),
+    "FieldAverage": ("sdpd.observers", "FieldAverage"),
     "Observer": ("sdpd.observers", "Observer"),
     "Simulation": ("sdpd.simulation", "Simulation"),
     "Stress": ("sdpd.observers", "Stress"),
@@ -101,12 +120,16 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "cli": ("sdpd.cli", None),
     "correlations": ("sdpd.correlations", None),
     "diffusion": ("sdpd.diffusion", None),
+    "fields": ("sdpd.fields", None),
     "fluctuations": ("sdpd.fluctuations", None),
     "h5md": ("sdpd.h5md", None),
     "interop": ("sdpd.interop", None),
     "load": ("sdpd.checkpoint", "load"),
     "observers": ("sdpd.observers", None),
+    "plot": ("sdpd.plot", None),
+    "scenes": ("sdpd.scenes", None),
     "simulation": ("sdpd.simulation", None),
+    "viscosity": ("sdpd.viscosity", None),
 }
 
 

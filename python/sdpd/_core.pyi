@@ -10,11 +10,19 @@ _Float: TypeAlias = NDArray[np.float64]
 __all__ = [
     "Core",
     "Correlator",
+    "Currents",
+    "Profile",
+    "Stress",
+    "StressCorrelator",
     "Thermodynamics",
+    "WallForces",
     "__version__",
+    "check_walls",
+    "curvature_weight",
     "eos_evaluate",
     "kernel_names",
     "kernel_profile",
+    "kernel_sums",
     "list_margin",
     "normal_velocities",
     "pair_variates",
@@ -63,12 +71,40 @@ def relax_positions(
     first: int = 0,
     last: int | None = None,
     threads: int = 1,
+    periodic: list[bool] = ...,
+    walls: list[tuple[str, list[float]]] = ...,
+    volume: float | None = None,
 ) -> tuple[_Float, float]: ...
+def kernel_sums(
+    points: _Float,
+    positions: _Float,
+    values: _Float,
+    *,
+    edges: list[float],
+    support: float,
+    kernel: str,
+    threads: int = 1,
+) -> _Float: ...
+def curvature_weight(kernel: str, dimension: int, q: _Float) -> tuple[_Float, _Float]: ...
+def check_walls(
+    edges: list[float],
+    support: float,
+    periodic: list[bool],
+    walls: list[tuple[str, list[float]]],
+) -> None: ...
 
 @final
 class Thermodynamics:
     @property
     def columns(self) -> list[str]: ...
+    def table(self) -> _Float: ...
+
+@final
+class WallForces:
+    def table(self) -> _Float: ...
+
+@final
+class Profile:
     def table(self) -> _Float: ...
 
 @final
@@ -121,6 +157,8 @@ class Core:
         skin: float | None,
         threads: int,
         flow_speed: float = 0.0,
+        periodic: list[bool] = ...,
+        walls: list[tuple[str, list[float]]] = ...,
     ) -> Core: ...
     @property
     def positions(self) -> _Float: ...
@@ -146,11 +184,24 @@ class Core:
     def refresh(self) -> None: ...
     def force_parts(self, step: int | None = None) -> dict[str, _Float]: ...
     def pair_order(self) -> NDArray[np.uint32]: ...
+    def wall_link_order(self) -> NDArray[np.uint32]: ...
+    def wall_forces(self) -> _Float: ...
+    def wall_impulses(self) -> _Float: ...
     def friction_rate(self) -> float: ...
     def statistics(self) -> dict[str, Any]: ...
     def attach_thermodynamics(self, every: int) -> Thermodynamics: ...
     def attach_stress(self, every: int) -> Stress: ...
     def attach_correlator(self, every: int, points: int, levels: int) -> Correlator: ...
+    def attach_wall_forces(self, every: int) -> WallForces: ...
+    def attach_profile(
+        self,
+        every: int,
+        wall: bool,
+        index: int,
+        interval: tuple[float, float],
+        bins: int,
+        block: int,
+    ) -> Profile: ...
     def attach_stress_correlator(
         self, every: int, points: int, levels: int, parts: bool
     ) -> StressCorrelator: ...

@@ -1,4 +1,4 @@
-"""The periodic box; its number of lengths is the dimension of the scene."""
+"""The box; its number of lengths is the dimension of the scene."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ AXES = "xyz"
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangular periodic box with one corner at the origin.
+    """A rectangular box with one corner at the origin, periodic or closed by walls.
 
     Parameters
     ----------
     lengths : sequence of float, 2 or 3 of them
         Edge lengths [length]; their number is the dimension D.
     periodic : str, optional
-        The periodic axes, all of them for now ("xyz", or "xy" in two dimensions): walls are not
-        implemented yet. All if None.
+        The periodic axes, such as "xy"; "" for none. All if None. Along the others the scene needs
+        walls that close the box.
 
     Raises
     ------
     ValueError
-        If a length or the volume is not finite and > 0, or an axis is not periodic.
+        If a length or the volume is not finite and > 0, or an axis is unknown.
 
     Examples
     --------
@@ -60,13 +60,13 @@ class Box:
             raise ValueError(
                 f"`periodic` must name axes among {axes!r}, each once, got {periodic!r}"
             )
-        if set(periodic) != set(axes):
-            missing = "".join(axis for axis in axes if axis not in periodic)
-            raise ValueError(
-                f"`periodic` must name every axis ({axes!r}) as walls are not implemented yet, "
-                f"got {periodic!r} without {missing!r}"
-            )
-        object.__setattr__(self, "periodic", axes)
+        object.__setattr__(self, "periodic", "".join(a for a in axes if a in periodic))
+
+    @property
+    def periodic_axes(self) -> str:
+        """The periodic axes, in order."""
+        assert self.periodic is not None
+        return self.periodic
 
     @property
     def dimension(self) -> int:

@@ -299,6 +299,8 @@ def _core_settings(plain: dict[str, Any]) -> dict[str, Any]:
     if settings["body_force"] is not None:
         amplitude, wave = settings["body_force"]
         settings["body_force"] = (amplitude, None if wave is None else tuple(wave))
+    if "walls" in settings:
+        settings["walls"] = [(kind, numbers) for kind, numbers in settings["walls"]]
     return settings
 
 

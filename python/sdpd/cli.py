@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from sdpd.errors import SdpdWarning, SimulationError
 
 if TYPE_CHECKING:
+    from sdpd.observers import Profile, WallForces
     from sdpd.scene import Scene
 
 __all__ = ["main"]
@@ -107,15 +108,7 @@ def _fluctuations(options: argparse.Namespace) -> int:
         quick=options.quick,
         progress=False if options.no_progress else None,
     )
-    print(study)
-    if options.output is not None:
-        paths = fluctuations.write(study, options.output)
-        if importlib.util.find_spec("matplotlib") is not None:
-            paths.append(fluctuations.write_figure(study, options.output))
-        else:
-            print("no figure: matplotlib is missing (pip install 'sdpd[plot]')", file=sys.stderr)
-        print("\nwritten: " + ", ".join(map(str, paths)))
-    return OK if study.passed else FAILED
+    return _shown(fluctuations, study, options.output)
 
 
 def _correlations(options: argparse.Namespace) -> int:
@@ -129,11 +122,31 @@ def _correlations(options: argparse.Namespace) -> int:
         quick=options.quick,
         progress=False if options.no_progress else None,
     )
+    return _shown(correlations, study, options.output)
+
+
+def _viscosity(options: argparse.Namespace) -> int:
+    from sdpd import viscosity
+
+    study = viscosity.run_viscosity(
+        _scene(options.scene),
+        dt="auto" if options.dt is None else options.dt,
+        particles=options.particles,
+        seed=options.seed,
+        time_factor=options.time_factor,
+        quick=options.quick,
+        progress=False if options.no_progress else None,
+    )
+    return _shown(viscosity, study, options.output)
+
+
+def _shown(package: Any, study: Any, output: str | None) -> int:
+    """Print a study, write its files and figure where asked, and give its verdict."""
     print(study)
-    if options.output is not None:
-        paths = correlations.write(study, options.output)
+    if output is not None:
+        paths = package.write(study, output)
         if importlib.util.find_spec("matplotlib") is not None:
-            paths.append(correlations.write_figure(study, options.output))
+            paths.append(package.write_figure(study, output))
         else:
             print("no figure: matplotlib is missing (pip install 'sdpd[plot]')", file=sys.stderr)
         print("\nwritten: " + ", ".join(map(str, paths)))
@@ -170,17 +183,92 @@ def _run(options: argparse.Namespace) -> int:
     )
     thermo = Thermodynamics(every=options.every)
     trajectory = h5md.Trajectory(folder / "trajectory.h5md", every=options.every)
+    at_walls = _wall_observers(scene, options.every)
     simulation.run(
         steps=options.steps,
         time=options.time,
-        observe=[thermo, trajectory],
+        observe=[thermo, trajectory, *at_walls.values()],
         progress=False if options.no_progress else None,
     )
     thermo.to_csv(folder / "thermodynamics.csv")
+    for name, observer in at_walls.items():
+        observer.to_csv(folder / name)
     simulation.save(folder / "final.sdpd")
     print(simulation)
-    names = ("trajectory.h5md", "thermodynamics.csv", "final.sdpd")
+    names = ("trajectory.h5md", "thermodynamics.csv", *at_walls, "final.sdpd")
     print("written: " + ", ".join(str(folder / name) for name in names))
+    return OK
+
+
+def _fields(options: argparse.Namespace) -> int:
+    from itertools import islice
+
+    from sdpd import fields, h5md
+    from sdpd.scene import Scene
+
+    frames = h5md.read(options.trajectory)
+    scene = Scene.from_toml(frames.scene)
+    if not 0 <= options.skip < len(frames):
+        raise ValueError(f"`--skip` must be >= 0 and < {len(frames)} frames, got {options.skip}")
+    stored = {"temperature": frames.velocities, "velocity": frames.velocities}
+    stored |= {"pressure": frames.pressures}
+    wanted = options.quantities or [n for n in fields.DEFAULT if stored.get(n, 0) is not None]
+    found = fields.average(
+        islice(fields.State.of_frames(frames), options.skip, None),
+        _target(options, scene),
+        quantities=wanted,
+        length=scene.support_radius if options.length is None else options.length,
+        kernel=options.kernel or scene.resolution.kernel,
+        n_blocks=options.blocks,
+        threads=options.threads or 1,
+    )
+    print(found)
+    if options.output is not None:
+        path = Path(options.output)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.suffix.lower() in (".png", ".pdf", ".svg"):
+            from sdpd import plot
+
+            plot.overview(found, path)
+        else:
+            found.write(path)
+        print(f"\nwritten: {path}")
+    return OK
+
+
+def _target(options: argparse.Namespace, scene: Scene) -> Any:
+    from sdpd import fields
+
+    if options.grid is not None:
+        return fields.Grid.over(scene.box, options.grid)
+    if options.mesh is not None:
+        return fields.Mesh(options.mesh, dimension=scene.dimension)
+    return fields.Bins.over(scene.box, options.profile, options.bins)
+
+
+def _wall_observers(scene: Scene, every: int) -> dict[str, WallForces | Profile]:
+    """Forces on walls, and a profile from wall to wall: names of files and what goes there."""
+    from sdpd.box import AXES
+    from sdpd.observers import Profile, WallForces
+
+    if not scene.walls:
+        return {}
+    found: dict[str, WallForces | Profile] = {"wall_forces.csv": WallForces(every=every)}
+    for axis, length in zip(AXES, scene.box.lengths, strict=False):
+        if axis not in scene.box.periodic_axes:
+            bins = max(1, round(length / scene.spacing))
+            found[f"profile_{axis}.csv"] = Profile(axis=axis, bins=bins, every=every)
+    return found
+
+
+def _scenes(options: argparse.Namespace) -> int:
+    from sdpd import scenes
+    from sdpd.units import table
+
+    if options.name is not None:
+        print(scenes.text(options.name), end="")
+        return OK
+    print(table([[name, scenes.describe(name)] for name in scenes.names()]))
     return OK
 
 
@@ -216,8 +304,12 @@ def _version(options: argparse.Namespace) -> int:
 
 
 def _scene(path: str) -> Scene:
+    """From a file, or a ready one by its name."""
+    from sdpd import scenes
     from sdpd.scene import Scene
 
+    if not Path(path).exists() and path in scenes.names():
+        return scenes.load(path)
     return Scene.from_toml(Path(path))
 
 
@@ -244,6 +336,7 @@ def _parser() -> argparse.ArgumentParser:
     _diffusion_options(commands)
     _fluctuations_options(commands)
     _correlations_options(commands)
+    _viscosity_options(commands)
     for name, run, text in (
         ("regime", _regime, "dimensionless numbers of a scene and what they mean"),
         ("cost", _cost, "memory, pairs and every bound on the time step of a scene"),
@@ -251,11 +344,16 @@ def _parser() -> argparse.ArgumentParser:
     ):
         command = commands.add_parser(name, help=text, description=text)
         command.set_defaults(run=run)
-        command.add_argument("scene", metavar="SCENE.toml")
+        command.add_argument("scene", metavar="SCENE", help="a TOML file or a ready scene")
         if name != "regime":
             command.add_argument("--integrator", help="pair_splitting or velocity_verlet")
         if name == "run":
             _run_options(command)
+    _fields_options(commands)
+    text = "ready scenes for `sdpd run NAME`; with a name, its file"
+    command = commands.add_parser("scenes", help=text, description=text)
+    command.add_argument("name", nargs="?", metavar="NAME")
+    command.set_defaults(run=_scenes)
     text = "lattice factors of every kernel and support"
     command = commands.add_parser("kernels", help=text, description=text)
     command.add_argument("--dimension", type=int, choices=(2, 3), default=3)
@@ -316,6 +414,30 @@ def _fluctuations_options(commands: Any) -> None:
     add("--no-progress", action="store_true", help="no progress bar")
 
 
+def _fields_options(commands: Any) -> None:
+    from sdpd import kernels
+
+    text = "averaged fields or profiles of a trajectory, with standard errors"
+    command = commands.add_parser("fields", help=text, description=text)
+    command.set_defaults(run=_fields)
+    add = command.add_argument
+    add("trajectory", metavar="TRAJECTORY.h5md")
+    where = command.add_mutually_exclusive_group(required=True)
+    where.add_argument("--profile", choices=("x", "y", "z"), help="bins along this axis")
+    where.add_argument(
+        "--grid", type=_numbers, metavar="N,N,N", help="centres of so many cells of the box"
+    )
+    where.add_argument("--mesh", metavar="FILE", help="the points of a mesh that meshio reads")
+    add("--bins", type=int, default=40, metavar="N", help="of a profile (default 40)")
+    add("--quantities", type=lambda text: text.split(","), metavar="NAME,NAME")
+    add("--length", type=float, help="support of the averaging kernel (default: of the scene)")
+    add("--kernel", choices=kernels.names(), help="averaging kernel (default: of the scene)")
+    add("--skip", type=int, default=0, metavar="N", help="leave out the first N frames")
+    add("--blocks", type=int, default=32, metavar="N", help="for the errors (default 32)")
+    add("--threads", type=int, help="threads (default 1)")
+    add("-o", "--output", metavar="FILE", help=".csv, .vtu, .vtk, ... or a figure: .png, .pdf")
+
+
 def _correlations_options(commands: Any) -> None:
     text = "waves of a scene: correlation functions, nu, c and Gamma beside linearised theory"
     command = commands.add_parser("correlations", help=text, description=text)
@@ -332,6 +454,21 @@ def _correlations_options(commands: Any) -> None:
     add("--seed", type=int, default=1, help="key of all randomness (default 1)")
     add("--runs", type=int, help="independent runs (default 16, with --quick 8)")
     add("--quick", action="store_true", help="a quarter of the work, larger errors")
+    add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _viscosity_options(commands: Any) -> None:
+    text = "viscosity that a scene delivers: four ways side by side, beside what was asked for"
+    command = commands.add_parser("viscosity", help=text, description=text)
+    command.set_defaults(run=_viscosity)
+    add = command.add_argument
+    add("scene", metavar="SCENE.toml")
+    add("-o", "--output", metavar="DIR", help="write table, text and figure there")
+    add("--dt", type=float, help="time step (default: that of a simulation of the scene)")
+    add("--particles", type=int, metavar="N", help="in a cube (default: the scene's box)")
+    add("--seed", type=int, default=1, help="key of all randomness (default 1)")
+    add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
+    add("--quick", action="store_true", help="seconds, larger errors")
     add("--no-progress", action="store_true", help="no progress bar")
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from sdpd import timestep
+from sdpd.box import AXES
 from sdpd.integrators import Integrator, resolve
 from sdpd.timestep import ExpectedErrors, TimeStepBound
 from sdpd.units import quantity, table
@@ -57,6 +58,17 @@ def pairs_per_second(scene: Scene, integrator: Integrator) -> float:
     return rates[integrator.noise] if noisy else max(rates.values())
 
 
+# The core keeps this much room beyond walls, in supports: more than a support and any margin.
+_BEYOND = 1.7
+
+
+def _edges(scene: Scene) -> list[float]:
+    """Edges of the core's box: with room beyond the walls where it is not periodic."""
+    h, turns = scene.support_radius, scene.box.periodic_axes
+    pairs = zip(AXES, scene.box.lengths, strict=False)
+    return [length if axis in turns else length + _BEYOND * h for axis, length in pairs]
+
+
 def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) -> float:
     """Margin of the grid that the core will choose, which is the skin of the lists unless given.
 
@@ -84,7 +96,7 @@ def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) 
     return h * _core.list_margin(
         particles=scene.n_particles,
         dimension=d,
-        shortest_edge=min(scene.box.lengths[1:]) / h,
+        shortest_edge=min(_edges(scene)[1:]) / h,
         dt=dt,
         thermal_speed=scene.thermal_speed / h if active.fluctuations else 0.0,
         flow_speed=(scene.flow_speed or 0.0) / h,

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import optional, validation
+from sdpd.box import AXES
 from sdpd.observers import Observer
 
 if TYPE_CHECKING:
@@ -254,7 +255,8 @@ class Trajectory(Observer):
     def _create_box(self, group: Any, sim: Simulation) -> None:
         box = group.create_group("box")
         box.attrs["dimension"] = 3
-        periodic = ["periodic"] * sim.scene.dimension + ["none"] * (3 - sim.scene.dimension)
+        turns = sim.scene.box.periodic_axes
+        periodic = ["periodic" if axis in turns else "none" for axis in AXES]
         box.attrs["boundary"] = np.array(periodic, dtype="S8")
         edges = box.create_group("edges")
         self._label(self._dataset(edges, "value", (3,), np.float64), "nm")

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import validation
-from sdpd.box import Box
+from sdpd.box import AXES, Box
 
 if TYPE_CHECKING:
+    from sdpd.geometry import Geometry
     from sdpd.scene import Scene
 
 __all__ = [
@@ -121,6 +122,13 @@ def _uniform(seed: int, number: int, dimension: int) -> Array:
 
 def _wrap(points: Array, box: Box) -> Array:
     lengths = np.asarray(box.lengths)
+    if box.periodic_axes != AXES[: box.dimension]:
+        periodic = [axis in box.periodic_axes for axis in AXES[: box.dimension]]
+        free = np.where(periodic, lengths, np.inf)
+        with np.errstate(invalid="ignore"):
+            turns = np.where(periodic, np.floor(points / free) * lengths, 0.0)
+        wrapped = points - turns
+        return np.where(periodic & (wrapped >= lengths), 0.0, wrapped)
     wrapped = points - np.floor(points / lengths) * lengths
     return np.where(wrapped >= lengths, 0.0, wrapped)
 
@@ -146,6 +154,8 @@ def positions(scene: Scene, seed: int, threads: int = 1) -> Array:
     start, box = scene.start, scene.box
     lengths = np.asarray(box.lengths)
     number, dimension = scene.n_particles, scene.dimension
+    if scene.walls:
+        return _between_walls(scene, seed, threads)
     if isinstance(start, LatticeStart):
         assert scene.layout.counts is not None
         counts = np.asarray(scene.layout.counts)
@@ -174,6 +184,61 @@ def positions(scene: Scene, seed: int, threads: int = 1) -> Array:
             threads,
         )
     return _wrap(np.asarray(points), box)
+
+
+def _between_walls(scene: Scene, seed: int, threads: int) -> Array:
+    """Initial positions where walls leave room for them."""
+    from sdpd import _core, loading
+
+    start, geometry = scene.start, scene.geometry
+    number, dimension = scene.n_particles, scene.dimension
+    uniform = _uniform(seed, number, dimension)
+    if isinstance(start, LatticeStart):
+        spacing = scene.spacing if geometry.is_cuboid else scene.resolution.spacing
+        assert spacing is not None
+        points = loading.lattice_sites(geometry, spacing)
+        shift = start.jitter * (2.0 * uniform - 1.0) * scene.spacing
+        return _wrap(_reflected(points + shift, points, geometry), scene.box)
+    assert isinstance(start, RandomStart)
+    if not start.relax:
+        return _uniform_between_walls(scene, seed)
+    points = loading.quasi_random_sites(geometry, number)
+    shift = (uniform - 0.5) * scene.spacing
+    points = _reflected(_wrap(points + shift, scene.box), points, geometry)
+    assert start.relax_steps is not None
+    arguments = scene.wall_arguments()
+    for first in range(0, start.relax_steps, RELAX_SLICE):
+        points, _ = _core.relax_positions(
+            points,
+            list(scene.box.lengths),
+            scene.support_radius,
+            start.relax_steps,
+            first,
+            first + RELAX_SLICE,
+            threads,
+            volume=scene.fluid_volume,
+            **arguments,
+        )
+    return _wrap(np.asarray(points), scene.box)
+
+
+def _uniform_between_walls(scene: Scene, seed: int) -> Array:
+    """The first of a sequence of independent points of the box that lie in the fluid."""
+    geometry, lengths = scene.geometry, np.asarray(scene.box.lengths)
+    number = scene.n_particles
+    drawn = int(1.1 * number * scene.box.volume / geometry.volume) + 64
+    while True:
+        points = _uniform(seed, drawn, scene.dimension) * lengths
+        points = points[geometry.distance(points) > 0.0]
+        if len(points) >= number:
+            return np.asarray(points[:number])
+        drawn *= 2
+
+
+def _reflected(points: Array, instead: Array, geometry: Geometry) -> Array:
+    """The points, or those `instead` of them where they lie behind a wall."""
+    outside = geometry.distance(points) <= 0.0
+    return np.where(outside[:, None], instead, points)
 
 
 def _quasi_random(number: int, dimension: int) -> Array:
@@ -211,6 +276,8 @@ def velocities(scene: Scene, seed: int) -> Array:
     from sdpd import _core
 
     drawn = scene.thermal_speed * np.asarray(_core.normal_velocities(*shape, seed))
+    if scene.walls:
+        return drawn  # walls take up momentum: none of it is conserved
     return np.asarray(drawn - drawn.mean(axis=0))
 
 
@@ -220,7 +287,7 @@ def check_positions(scene: Scene, value: Any) -> Array:
     Raises
     ------
     TypeError, ValueError
-        If they are not a finite (N, D) array, or two particles coincide.
+        If they are not a finite (N, D) array, two particles coincide, or one is behind a wall.
     """
     shape = (scene.n_particles, scene.dimension)
     points = _wrap(validation.real_array("positions", value, shape), scene.box)
@@ -232,6 +299,14 @@ def check_positions(scene: Scene, value: Any) -> Array:
             f"`positions` must be distinct, got particles {first} and {second} both at "
             f"{points[first].tolist()}"
         )
+    if scene.walls:
+        distance = scene.geometry.distance(points)
+        worst = int(np.argmin(distance))
+        if distance[worst] < -1e-9 * scene.support_radius:
+            raise ValueError(
+                f"`positions` must lie in the fluid, got particle {worst} at "
+                f"{points[worst].tolist()}, {-distance[worst]:.4g} behind a wall"
+            )
     return points
 
 

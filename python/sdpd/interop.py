@@ -195,7 +195,7 @@ def to_ase(sim: Simulation) -> Atoms:
     length, speed, mass = _ase_units(scene.fluid.is_si)
     cell, periodic = np.zeros(3), np.zeros(3, dtype=bool)
     cell[: scene.dimension] = np.asarray(scene.box.lengths) * length
-    periodic[: scene.dimension] = True
+    periodic[:] = [axis in scene.box.periodic_axes for axis in AXES]
     atoms = ase.Atoms(
         numbers=np.zeros(sim.n_particles, dtype=int),
         positions=_three(sim.positions, length),

@@ -9,14 +9,16 @@ from __future__ import annotations
 import math
 from functools import cached_property
 
-from sdpd import kernels, structure
+from sdpd import kernels, loading, structure
 from sdpd.box import AXES, Box
 from sdpd.discretization import DiscreteFactors, discrete_factors, pairs_per_particle
-from sdpd.effects import ActiveEffects, BodyForce, Effects, SinusoidalForce
+from sdpd.effects import ActiveEffects, BodyForce, Effects, SinusoidalForce, UniformForce
 from sdpd.fluids import Fluid
+from sdpd.geometry import Geometry
 from sdpd.initial import LatticeStart, Start
 from sdpd.resolution import Layout, Resolution
 from sdpd.sound import CompressedState, SoundSpeed, choose_sound_speed
+from sdpd.walls import Wall
 
 __all__ = ["SceneQuantities"]
 
@@ -34,6 +36,7 @@ class SceneQuantities:
     velocity_scale: float | None
     length_scale: float | None
     calibrate: bool
+    walls: tuple[Wall, ...]
 
     # --- geometry and particles -------------------------------------------------------------
 
@@ -45,7 +48,20 @@ class SceneQuantities:
     @cached_property
     def layout(self) -> Layout:
         """Number, spacing and lattice counts of the particles."""
-        return self.resolution.layout(self.box, lattice=isinstance(self.start, LatticeStart))
+        lattice = isinstance(self.start, LatticeStart)
+        if not self.walls:
+            return self.resolution.layout(self.box, lattice=lattice)
+        return loading.layout(self.resolution, self.geometry, lattice=lattice)
+
+    @cached_property
+    def geometry(self) -> Geometry:
+        """Where the fluid is."""
+        return Geometry(self.box, self.walls)
+
+    @property
+    def fluid_volume(self) -> float:
+        """V [length^D]: of the box, less what lies behind walls."""
+        return self.geometry.volume
 
     @property
     def n_particles(self) -> int:
@@ -64,8 +80,18 @@ class SceneQuantities:
 
     @property
     def particle_mass(self) -> float:
-        """m = rho V/N [mass]."""
-        return self.fluid.density * self.box.volume / self.n_particles
+        """m = rho V/N [mass]; with walls over d/n, so that the *summed* density is rho.
+
+        Walls are places to compare a density with, and the sum over neighbours on a lattice is
+        not quite N/V: see `nominal_density`.
+        """
+        mass = self.fluid.density * self.fluid_volume / self.n_particles
+        return mass / self.factors.density if self.walls else mass
+
+    @property
+    def nominal_density(self) -> float:
+        """m N/V [mass/length^D], which differs from the summed density by the lattice factor."""
+        return self.particle_mass * self.n_particles / self.fluid_volume
 
     @property
     def pairs_per_particle(self) -> float:
@@ -103,6 +129,8 @@ class SceneQuantities:
             return self.length_scale
         if isinstance(self.body_force, SinusoidalForce) and self.active_effects.body_force:
             return self._wavelength(self.body_force)
+        if self.walls:
+            return self.geometry.width
         return min(self.box.lengths)
 
     def _wavelength(self, force: SinusoidalForce) -> float:
@@ -118,7 +146,13 @@ class SceneQuantities:
         if transverse and self.active_effects.body_force and self.active_effects.dissipation:
             assert isinstance(force, SinusoidalForce)
             return force.peak / (nu * (2.0 * math.pi / self._wavelength(force)) ** 2)
-        return None
+        moving = max((wall.speed for wall in self.walls), default=0.0)
+        driven = isinstance(force, UniformForce) and self.active_effects.body_force
+        if self.walls and driven and self.active_effects.dissipation:
+            assert force is not None
+            # of a channel of that width; a pipe has half of it
+            moving += force.peak * self.flow_length**2 / (8.0 * nu)
+        return moving if moving > 0.0 else None
 
     @cached_property
     def sound(self) -> SoundSpeed:

@@ -7,6 +7,7 @@ import math
 import os
 import sys
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from sdpd.fluids import Fluid
 from sdpd.initial import LatticeStart, RandomStart, Start
 from sdpd.quantities import SceneQuantities
 from sdpd.resolution import Resolution
+from sdpd.walls import Wall
 
 if TYPE_CHECKING:
     from sdpd.cost import Cost
@@ -30,6 +32,7 @@ __all__ = ["Scene"]
 _DENSITY_ERROR = 0.05  # of d/n
 _LEAST_VISCOSITY = 0.8  # eta_eff/eta, warned of
 _LEAST_CALIBRATED = 0.5  # eta_eff/eta that may be divided out
+_CURVATURE = 0.2  # h/R, warned of beyond
 _WELL_RESOLVED = 6.0  # h/dx from which all factors are 1 to a few per mille
 
 
@@ -58,6 +61,9 @@ class Scene(SceneQuantities):
         Divide the friction by the lattice factor eta_eff/eta of kernel and support, so that the
         fluid of particles delivers the asked viscosity. (Friction rate and self-diffusion have
         another factor and cannot be right at once.) Refused where that factor is below 0.5.
+    walls : sequence of Plane, Cylinder or Sphere
+        They must close every axis along which the box is not periodic, and be one support apart
+        or meet at right angles.
 
     Raises
     ------
@@ -70,7 +76,8 @@ class Scene(SceneQuantities):
         If kernel, stiffness and equation of state let particles clump.
     ResolutionWarning
         If, on a lattice, the density is off by more than 5 % or the delivered viscosity is below
-        0.8 of the asked one; if the wave of a sinusoidal force is shorter than two supports.
+        0.8 of the asked one; if the wave of a sinusoidal force is shorter than two supports; if the
+        support is longer than a fifth of a wall's radius.
 
     Examples
     --------
@@ -94,6 +101,7 @@ class Scene(SceneQuantities):
     velocity_scale: float | None = None
     length_scale: float | None = None
     calibrate: bool = False
+    walls: tuple[Wall, ...] = ()
 
     def __post_init__(self) -> None:
         validation.instance("fluid", self.fluid, Fluid, "an sdpd.Fluid, e.g. sdpd.fluids.water()")
@@ -114,8 +122,10 @@ class Scene(SceneQuantities):
         object.__setattr__(self, "velocity_scale", speed)
         object.__setattr__(self, "calibrate", validation.boolean("calibrate", self.calibrate))
         self._check_dimension()
+        self._check_walls()
         self._check_supports()
         self._check_wave()
+        self._check_wall_images()
         self._check_magnitudes()
         self._check_factors()
         self._warn_of_pairing()
@@ -132,9 +142,51 @@ class Scene(SceneQuantities):
             f"{self.fluid.name!r} with those of {given}; {cure}"
         )
 
+    def _check_walls(self) -> None:
+        walls: Any = self.walls
+        if isinstance(walls, Wall):
+            walls = (walls,)
+        if not isinstance(walls, Sequence) or isinstance(walls, str):
+            kind = type(walls).__name__
+            raise TypeError(f"`walls` must be a sequence of walls, got {kind}")
+        object.__setattr__(self, "walls", tuple(walls))
+        for index, wall in enumerate(self.walls):
+            expected = "a wall, e.g. sdpd.Plane(axis='z', at=0.0)"
+            validation.instance(f"walls[{index}]", wall, Wall, expected)
+            wall.check(self.box, f"walls[{index}]")
+        self.geometry.check_closed()
+
+    def _check_wall_images(self) -> None:
+        """What the core has to say of the walls, and what curved ones lose at this resolution."""
+        if not self.walls:
+            return
+        from sdpd import _core
+
+        h = self.support_radius
+        arguments = self.wall_arguments()
+        _core.check_walls(list(self.box.lengths), support=h, **arguments)
+        force = self.body_force
+        if isinstance(force, SinusoidalForce) and force.along not in self.box.periodic_axes:
+            raise ValueError(
+                f"`body_force.along` must be a periodic axis ({self.box.periodic_axes!r}), got "
+                f"{force.along!r}"
+            )
+        radii = [wall.radius_of_curvature for wall in self.walls]
+        least = min((radius for radius in radii if radius is not None), default=math.inf)
+        if h > _CURVATURE * least * (1.0 + 1e-9):
+            warnings.warn(
+                f"the support h = {h:.4g} is longer than a fifth of the radius of a wall, "
+                f"{least:.4g}: the density at it is off by more than a few per mille; lower the "
+                "spacing",
+                ResolutionWarning,
+                stacklevel=4,
+            )
+
     def _check_supports(self) -> None:
         needed = 2.0 * self.support_radius
         for axis, length in zip(AXES, self.box.lengths, strict=False):
+            if axis not in self.box.periodic_axes:
+                continue
             if length < needed * (1.0 - 1e-12):
                 raise ValueError(
                     f"`box.lengths` must be >= two supports, 2h = {needed:.6g}, on every periodic "
@@ -261,6 +313,17 @@ class Scene(SceneQuantities):
             "eos": self.fluid.equation_of_state.core(self.fluid.density, self.sound.speed),
             "body_force": None if force is None else force.core(self.dimension),
             "flow_speed": self.flow_speed or 0.0,
+            **self.wall_arguments(),
+        }
+
+    def wall_arguments(self) -> dict[str, Any]:
+        """Periodic axes and walls as keyword arguments of the core; none without walls."""
+        if not self.walls:
+            return {}
+        axes = AXES[: self.dimension]
+        return {
+            "periodic": [axis in self.box.periodic_axes for axis in axes],
+            "walls": [wall.core(self.box) for wall in self.walls],
         }
 
     def regime(self, integrator: Integrator | str | None = None) -> Regime:

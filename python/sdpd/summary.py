@@ -21,12 +21,20 @@ def _particle_rows(scene: Scene) -> list[tuple[str, str]]:
     kernel = f"{resolution.kernel}, support {resolution.support:g} spacings = {support}"
     return [
         ("fluid", scene.fluid.describe(scene.dimension)),
-        ("box", f"{lengths}{' m' if si else ''}, periodic"),
+        ("box", f"{lengths}{' m' if si else ''}, {_periodicity(scene)}"),
+        *[("wall", str(wall)) for wall in scene.walls],
         ("particles", f"{scene.n_particles}, spacing {spacing}, mass {mass}"),
         ("kernel", f"{kernel}, {scene.pairs_per_particle:.0f} pairs a particle"),
         ("start", repr(scene.start)),
         ("effects", str(scene.active_effects)),
     ]
+
+
+def _periodicity(scene: Scene) -> str:
+    axes = scene.box.periodic_axes
+    if len(axes) == scene.dimension:
+        return "periodic"
+    return f"periodic along {', '.join(axes)}" if axes else "closed"
 
 
 def _friction_rows(scene: Scene) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from sdpd import equations_of_state, fluids, initial, validation
+from sdpd import equations_of_state, fluids, initial, validation, walls
 from sdpd.box import Box
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
 from sdpd.fluids import Fluid
@@ -99,6 +99,11 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
     kind = _name_of(scene.start, initial.STARTS, "start")
     data["start"] = {"kind": kind, **_plain(scene.start)}
     data["effects"] = _plain(scene.effects)
+    if scene.walls:
+        data["walls"] = [
+            {"kind": _name_of(wall, walls.KINDS, f"walls[{index}]"), **_plain(wall)}
+            for index, wall in enumerate(scene.walls)
+        ]
     if scene.body_force is not None:
         force = scene.body_force
         kind = _name_of(force, _FORCES, "body_force")
@@ -196,6 +201,12 @@ def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
         arguments["start"] = _kind(data["start"], "start", initial.STARTS)
     if "effects" in data:
         arguments["effects"] = build(Effects, data["effects"], "effects")
+    if "walls" in data:
+        if not isinstance(data["walls"], list):
+            raise TypeError(f"`walls` must be an array of tables, got {data['walls']!r}")
+        arguments["walls"] = tuple(
+            _kind(wall, f"walls[{index}]", walls.KINDS) for index, wall in enumerate(data["walls"])
+        )
     if "body_force" in data:
         arguments["body_force"] = _kind(data["body_force"], "body_force", _FORCES)
     return kind(**arguments)

@@ -12,7 +12,10 @@ use crate::kernel::Kernel;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{drag_forces, number_densities, pair_forces, site_pressures};
+use crate::sweep::{
+    Motion, drag_forces, number_densities, pair_forces, site_pressures, wall_densities, wall_drag,
+    wall_forces, wall_friction_weight,
+};
 
 /// The three parts of the force on every slot, for tests and analysis.
 #[derive(Debug, Default)]
@@ -52,9 +55,11 @@ pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
         cell,
         eos,
         units,
+        walls,
         ..
     } = engine;
     number_densities::<K, D>(particles, grid, list, cell);
+    wall_densities::<K, D>(particles, walls, grid, cell);
     let (to_mass_density, from_pressure) = (units.mass_density(), 1.0 / units.pressure());
     site_pressures(particles, |d| {
         eos.pressure(d * to_mass_density) * from_pressure
@@ -73,6 +78,7 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
         grid,
         list,
         cell,
+        walls,
         ..
     } = engine;
     let saved = (
@@ -80,23 +86,30 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
         particles.drag.clone(),
         particles.scratch.clone(),
     );
+    let saved_walls = (walls.force.clone(), walls.drag.clone());
     let mut parts = ForceParts::default();
     pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key, None);
+    wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
     parts.conservative.clone_from(&particles.force);
     particles.drag.resize(particles.len(), [0.0; 4]);
     particles.drag.fill([0.0; 4]);
     particles.scratch.clone_from(&particles.velocity);
     if F::ON {
         drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, None);
+        let motion = Motion::Actual;
+        wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
     }
     parts.dissipative.clone_from(&particles.drag);
     particles.scratch.fill([0.0; 4]);
     particles.drag.fill([0.0; 4]);
     if V::ON {
         drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, None);
+        let motion = Motion::Difference;
+        wall_drag::<K, F, V, D>(particles, walls, grid, kick, key, motion);
     }
     parts.random.clone_from(&particles.drag);
     (particles.force, particles.drag, particles.scratch) = saved;
+    (walls.force, walls.drag) = saved_walls;
     parts
 }
 
@@ -120,6 +133,7 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
             begin = end as usize;
         }
     }
+    sum += wall_friction_weight::<K, D>(&engine.particles, &engine.walls);
     sum / engine.particles.len() as f64
 }
 
@@ -129,5 +143,6 @@ pub(crate) fn drift<const D: usize>(engine: &mut Engine, dt: f64, shuffle: bool)
     if let Some(tally) = &mut engine.tally {
         tally.drift(dt, &engine.particles.velocity);
     }
+    engine.bounce()?;
     engine.keep_lists::<D>(moved, shuffle)
 }

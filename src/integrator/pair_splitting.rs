@@ -11,7 +11,7 @@ use crate::kernel::Kernel;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{Direction, exchange, pair_forces};
+use crate::sweep::{Direction, exchange, pair_forces, wall_exchange, wall_forces};
 
 /// The splitting; see the module.
 pub struct PairSplitting<K, F, V, const D: usize> {
@@ -34,6 +34,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             list,
             cell,
             tally,
+            walls,
             ..
         } = engine;
         pair_forces::<K, Frictionless, Silent, D>(
@@ -45,6 +46,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             key,
             tally.as_mut(),
         );
+        wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
     }
 
     /// Half a step of drag and noise; `started` is the step at whose start it belongs.
@@ -61,8 +63,13 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             list,
             cell,
             tally,
+            walls,
             ..
         } = engine;
+        // Walls after the pairs, and backward before them: a step is the same from both ends.
+        if direction == Direction::Backward {
+            wall_exchange::<K, F, V, D>(particles, walls, grid, process, key, direction);
+        }
         exchange::<K, F, V, D>(
             particles,
             grid,
@@ -73,6 +80,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             direction,
             tally.as_mut(),
         );
+        if direction == Direction::Forward {
+            wall_exchange::<K, F, V, D>(particles, walls, grid, process, key, direction);
+        }
     }
 }
 

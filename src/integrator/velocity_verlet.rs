@@ -13,7 +13,7 @@ use crate::kernel::Kernel;
 use crate::physics::FrictionForm;
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{drag_forces, pair_forces};
+use crate::sweep::{Motion, drag_forces, pair_forces, wall_drag, wall_forces};
 
 /// Velocity Verlet; see the module.
 pub struct VelocityVerlet<K, F, V, const D: usize> {
@@ -41,9 +41,11 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
             list,
             cell,
             tally,
+            walls,
             ..
         } = engine;
         pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, tally.as_mut());
+        wall_forces::<K, F, V, D>(particles, walls, grid, kick, key);
     }
 
     /// Velocities have just been changed by half a kick: lets the drag follow.
@@ -61,9 +63,12 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
                 list,
                 cell,
                 tally,
+                walls,
                 ..
             } = engine;
             drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, tally.as_mut());
+            let motion = Motion::Difference;
+            wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
             let last = pass + 1 == self.iterations;
             engine.add_drag(0.5 * dt, !last);
         }

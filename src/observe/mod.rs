@@ -3,22 +3,27 @@
 mod correlator;
 mod currents;
 mod lags;
+mod profile;
 mod stress;
 mod stress_correlator;
 mod thermodynamics;
+mod wall_forces;
 
 pub use correlator::{COLUMNS as CORRELATOR_COLUMNS, Correlator};
 pub use currents::{COLUMNS as CURRENT_COLUMNS, Currents};
 pub use lags::{BlockedSums, Lags};
+pub use profile::{Coordinate, Profile};
 pub use stress::Stress;
 pub use stress_correlator::{COLUMNS as STRESS_COLUMNS, StressCorrelator};
 pub use thermodynamics::Thermodynamics;
+pub use wall_forces::WallForces;
 
 use crate::domain::PeriodicBox;
 use crate::eos::EquationOfState;
 use crate::state::Particles;
 use crate::sweep::Tally;
 use crate::units::Units;
+use crate::wall::Walls;
 
 /// Which parts of the stress an observer tells apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +50,8 @@ pub struct View<'a> {
     pub cell: &'a PeriodicBox,
     /// State in slot order.
     pub particles: &'a Particles,
+    /// Walls and what they have received.
+    pub walls: &'a Walls,
     /// Equation of state, in the user's units.
     pub eos: &'a dyn EquationOfState,
     /// Stress, if an observer asked for it.

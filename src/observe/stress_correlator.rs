@@ -8,11 +8,11 @@ use super::{Observer, Parts, View};
 
 /// Columns of the table of sums: origins; the ten products of the increments of the four parts
 /// (kinetic, conservative, drag, random; only sums of the last three where parts are not told apart)
-/// averaged over the off-diagonal elements; square and value of
-/// the increment of tr G/D; the same averaged over the diagonal elements; the product of the
-/// interval means of V P off the diagonal; and product and earlier value of those of tr P/D, and of
-/// the diagonal elements.
-pub const COLUMNS: usize = 20;
+/// averaged over the off-diagonal elements; square and value of the increment of tr G/D; the square
+/// of those on the diagonal, averaged, and the value of each. Then products of the interval means of
+/// V P: those off the diagonal; of tr P/D, with the mean of both values; of those on the diagonal,
+/// with that mean of each.
+pub const COLUMNS: usize = 24;
 
 /// Numbers of a sample: moments by part, then the interval means of the total.
 const WIDTH: usize = 36 + 9;
@@ -66,7 +66,7 @@ impl StressCorrelator {
 
     /// Adds the products of one pair of samples to a row.
     fn add(row: &mut [f64], now: &[f64], past: &[f64], time: f64, reference: f64, d: usize) {
-        let off = 1.0 / (d * (d - 1)) as f64;
+        let (off, share) = (1.0 / (d * (d - 1)) as f64, 1.0 / d as f64);
         row[0] += 1.0;
         let (mut trace, mut trace_now, mut trace_past) = (0.0, 0.0, 0.0);
         for a in 0..d {
@@ -80,11 +80,10 @@ impl StressCorrelator {
                     trace += whole;
                     trace_now += mean;
                     trace_past += earlier;
-                    let share = 1.0 / d as f64;
                     row[13] += share * whole * whole;
-                    row[14] += share * whole;
-                    row[18] += share * mean * earlier;
-                    row[19] += share * earlier;
+                    row[14 + a] += whole;
+                    row[20] += share * mean * earlier;
+                    row[21 + a] += 0.5 * (mean + earlier);
                     continue;
                 }
                 let mut column = 1;
@@ -94,14 +93,13 @@ impl StressCorrelator {
                         column += 1;
                     }
                 }
-                row[15] += off * mean * earlier;
+                row[17] += off * mean * earlier;
             }
         }
-        let share = 1.0 / d as f64;
         row[11] += (trace * share).powi(2);
         row[12] += trace * share;
-        row[16] += trace_now * trace_past * share * share;
-        row[17] += trace_past * share;
+        row[18] += trace_now * trace_past * share * share;
+        row[19] += 0.5 * (trace_now + trace_past) * share;
     }
 }
 

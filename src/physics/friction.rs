@@ -64,6 +64,7 @@ pub struct Kick {
     drag_along: f64,
     noise_across: f64,
     noise_along: f64,
+    strength: f64,
 }
 
 /// What an exact velocity exchange over a time needs; fixed during a run. Unit particle mass.
@@ -71,7 +72,34 @@ pub struct Kick {
 pub struct Exchange {
     rate_across: f64,
     rate_along: f64,
+    rate_excess: f64,
     variance: f64,
+}
+
+/// Directions of the link to an image. The friction of a direct pair, a I + b e e^T, becomes
+/// a I + b Ebar, Ebar = e_n e_n^T + e_t e_t^T with the parts of e across and along the wall (at
+/// corners: in and out of the space of the normals): the mean of both ends of the link, without
+/// which the friction matrix would not be symmetric.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LinkAxes {
+    /// Unit vector of e_n; 0 where there is none.
+    pub normal: [f64; 3],
+    /// |e_n|^2.
+    pub normal2: f64,
+    /// Unit vector of e_t, at right angles to `normal`; 0 where there is none.
+    pub tangent: [f64; 3],
+    /// |e_t|^2.
+    pub tangent2: f64,
+}
+
+impl LinkAxes {
+    /// base x + n (n.x) (first - base) + t (t.x) (second - base).
+    #[inline(always)]
+    fn apply(&self, base: f64, first: f64, second: f64, x: [f64; 3]) -> [f64; 3] {
+        let along_n = (first - base) * dot(self.normal, x);
+        let along_t = (second - base) * dot(self.tangent, x);
+        std::array::from_fn(|a| base * x[a] + along_n * self.normal[a] + along_t * self.tangent[a])
+    }
 }
 
 impl PairFriction {
@@ -84,6 +112,7 @@ impl PairFriction {
             drag_along: self.along,
             noise_across: strength * root_across,
             noise_along: strength * ((self.across + self.along).sqrt() - root_across),
+            strength,
         }
     }
 
@@ -92,6 +121,7 @@ impl PairFriction {
         Exchange {
             rate_across: 2.0 * self.across * t,
             rate_along: 2.0 * (self.across + self.along) * t,
+            rate_excess: 2.0 * self.along * t,
             variance: 2.0 * self.thermal_energy,
         }
     }
@@ -139,6 +169,87 @@ impl Kick {
         std::array::from_fn(|a| {
             (along + noise_along) * r[a] + (across * u[a] + noise_across * xi[a])
         })
+    }
+}
+
+impl Kick {
+    /// Drag and noise on i from one link: -g (a I + b Ebar) u and its noise; u and the sign of xi as
+    /// the parity of the image wants them. `own` for the image of the particle itself, whose friction
+    /// with v - v_w is that of two links.
+    #[inline]
+    pub fn link_force<F: FrictionForm>(
+        &self,
+        g: f64,
+        axes: &LinkAxes,
+        u: [f64; 3],
+        xi: Option<[f64; 3]>,
+        own: bool,
+    ) -> [f64; 3] {
+        let across = if F::CENTRAL { 0.0 } else { self.drag_across };
+        let first = across + self.drag_along * axes.normal2;
+        let second = across + self.drag_along * axes.tangent2;
+        let g = if own { 2.0 * g } else { g };
+        let mut force = axes.apply(across, first, second, u).map(|x| -g * x);
+        if let Some(xi) = xi {
+            let root = |x: f64| x.max(0.0).sqrt();
+            let noise = axes.apply(root(across), root(first), root(second), xi);
+            let strength = self.strength * g.sqrt();
+            for a in 0..3 {
+                force[a] += strength * noise[a];
+            }
+        }
+        force
+    }
+}
+
+/// The exact change of the relative velocity u of one link: decay and noise.
+#[derive(Debug, Clone, Copy)]
+pub struct LinkTerms<'a> {
+    axes: &'a LinkAxes,
+    decay: [f64; 3],
+    noise: [f64; 3],
+}
+
+impl LinkTerms<'_> {
+    /// du, where u = v_i + v_j - 2 v_w (v_i - v_j for images that move with +v_j) is shared equally
+    /// by i and j; for an own image u = v_i - v_w.
+    #[inline]
+    pub fn change(&self, u: [f64; 3]) -> [f64; 3] {
+        let [base, first, second] = self.decay;
+        let decay = self.axes.apply(base, first, second, u);
+        [0, 1, 2].map(|a| decay[a] + self.noise[a])
+    }
+}
+
+impl Exchange {
+    /// Exact solution of the Ornstein-Uhlenbeck process of one link.
+    #[inline]
+    pub fn link_terms<'a, F: FrictionForm>(
+        &self,
+        g: f64,
+        axes: &'a LinkAxes,
+        xi: Option<[f64; 3]>,
+        own: bool,
+    ) -> LinkTerms<'a> {
+        let across = if F::CENTRAL { 0.0 } else { self.rate_across };
+        let decay = [
+            across,
+            across + self.rate_excess * axes.normal2,
+            across + self.rate_excess * axes.tangent2,
+        ]
+        .map(|rate| expm1_negative((rate * g).max(0.0)));
+        let mut noise = [0.0; 3];
+        if let Some(xi) = xi {
+            // u of an own image is one velocity, not the sum of two.
+            let variance = if own {
+                0.5 * self.variance
+            } else {
+                self.variance
+            };
+            let [base, first, second] = decay.map(|m| (-m * (2.0 + m) * variance).sqrt());
+            noise = axes.apply(base, first, second, xi);
+        }
+        LinkTerms { axes, decay, noise }
     }
 }
 
@@ -295,5 +406,64 @@ mod tests {
                 assert!((rate - gamma).abs().max() < 1e-6);
             }
         }
+    }
+
+    /// The links' noise balances their drag, own images included, and the exact process keeps the
+    /// Maxwell distribution of u: of variance 2 for a link, 1 for an own image.
+    #[test]
+    fn links_to_images_are_in_balance() {
+        let friction = PairFriction {
+            across: 1.4,
+            along: 2.2,
+            thermal_energy: 0.6,
+        };
+        let axes = LinkAxes {
+            normal: [0.6, 0.0, 0.8],
+            normal2: 0.3,
+            tangent: [0.0, 1.0, 0.0],
+            tangent2: 0.7,
+        };
+        let (g, dt) = (0.7, 0.013);
+        for own in [false, true] {
+            let (mut noise, mut drag) = (Matrix3::zeros(), Matrix3::zeros());
+            for k in 0..3 {
+                let kick = friction.kick(dt);
+                let f = kick.link_force::<General>(g, &axes, [0.0; 3], Some(unit(k)), own);
+                noise.set_column(k, &Vector3::from(f));
+                let f = kick.link_force::<General>(g, &axes, unit(k), None, own);
+                drag.set_column(k, &Vector3::from(f));
+            }
+            let covariance = noise * noise.transpose() * dt;
+            assert!((covariance + drag * 1.2).abs().max() < 1e-14);
+            assert!((drag - drag.transpose()).abs().max() < 1e-15);
+            let s2 = if own { 0.6 } else { 1.2 };
+            for t in [1e-9, 1e-3, 0.5, 30.0] {
+                let exchange = friction.exchange(t);
+                let (mut decay, mut kicks) = (Matrix3::identity(), Matrix3::zeros());
+                for k in 0..3 {
+                    let terms = exchange.link_terms::<General>(g, &axes, None, own);
+                    for (a, x) in terms.change(unit(k)).into_iter().enumerate() {
+                        decay[(a, k)] += x;
+                    }
+                    let terms = exchange.link_terms::<General>(g, &axes, Some(unit(k)), own);
+                    kicks.set_column(k, &Vector3::from(terms.change([0.0; 3])));
+                }
+                let excess: Matrix3<f64> = decay * decay.transpose() * s2
+                    + kicks * kicks.transpose()
+                    - Matrix3::identity() * s2;
+                assert!(excess.abs().max() < 1e-14);
+                if t < 1e-6 {
+                    // du/dt = 2 f for a link (both ends move), f for an own image (f counts twice).
+                    let rate = (decay - Matrix3::identity()) / t;
+                    let force = drag * if own { 1.0 } else { 2.0 };
+                    assert!((rate - force).abs().max() < 1e-6);
+                }
+            }
+        }
+        let zero = LinkAxes::default();
+        let f = friction
+            .kick(dt)
+            .link_force::<Central>(g, &zero, [1.0; 3], Some([1.0; 3]), true);
+        assert_eq!(f, [0.0; 3]);
     }
 }

@@ -2,4 +2,6 @@
 
 mod friction;
 
-pub use friction::{Central, Exchange, FrictionForm, Frictionless, General, Kick, PairFriction};
+pub use friction::{
+    Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms, PairFriction,
+};

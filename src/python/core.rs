@@ -11,12 +11,15 @@ use pyo3::types::{PyBytes, PyDict};
 use super::arrays::Column;
 use super::errors::to_python;
 use super::observers::{
-    CorrelatorHandle, CurrentsHandle, StressCorrelatorHandle, StressHandle, ThermodynamicsHandle,
+    CorrelatorHandle, CurrentsHandle, ProfileHandle, StressCorrelatorHandle, StressHandle,
+    ThermodynamicsHandle, WallForcesHandle,
 };
 use crate::effect::AccelerationField;
 use crate::neighbor::ROUNDS;
+use crate::observe::{Coordinate, Profile};
 use crate::registry::Combination;
 use crate::simulation::{Clock, Engine, Settings};
+use crate::wall::{WallSettings, Wrench};
 
 /// Arrays in the user's units and row order.
 struct Columns {
@@ -106,6 +109,29 @@ fn check_places(engine: &Engine, positions: &[f64]) -> PyResult<()> {
     }
 }
 
+/// Positions [h], by row, must lie in the fluid: before the walls, and within the box along axes that
+/// are not periodic.
+fn check_inside(py: Python<'_>, engine: &Engine, places: &[[f64; 3]]) -> PyResult<()> {
+    const ROUNDING: f64 = 1e-9;
+    let cell = &engine.cell;
+    engine
+        .walls
+        .check_inside(places, cell)
+        .map_err(|e| to_python(py, &e))?;
+    let outside = |place: &[f64; 3]| {
+        (0..engine.dimension).any(|a| {
+            !cell.periodic[a] && !(-ROUNDING..=cell.limits[a] + ROUNDING).contains(&place[a])
+        })
+    };
+    match places.iter().position(outside) {
+        None => Ok(()),
+        Some(row) => Err(PyValueError::new_err(format!(
+            "`positions` must lie in the box along axes that are not periodic, got {:?} in row {row}",
+            places[row].map(|x| x * engine.units.length)
+        ))),
+    }
+}
+
 impl Core {
     fn lock(&self) -> PyResult<MutexGuard<'_, Engine>> {
         if std::process::id() != self.process {
@@ -187,6 +213,11 @@ impl Core {
         check_finite("velocities", velocities, d)?;
         if lists {
             check_places(engine, positions)?;
+            let mut places = vec![[0.0; 3]; self.n];
+            for (k, x) in positions.iter().enumerate() {
+                places[k / d][k % d] = x / engine.units.length;
+            }
+            check_inside(py, engine, &places)?;
         }
         for (slot, row, moved, pushed) in changes {
             let units = engine.units;
@@ -245,7 +276,7 @@ impl Core {
     #[new]
     #[pyo3(signature = (positions, velocities, *, r#box, support, mass, thermal_energy, kernel, friction,
         friction_across, friction_along, eos, noise, integrator, iterations, body_force, dt, seed, skin,
-        threads, flow_speed=0.0))]
+        threads, flow_speed=0.0, periodic=Vec::new(), walls=Vec::new()))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -269,6 +300,8 @@ impl Core {
         skin: Option<f64>,
         threads: usize,
         flow_speed: f64,
+        periodic: Vec<bool>,
+        walls: Vec<WallSettings>,
     ) -> PyResult<Self> {
         let (positions, velocities) = (positions.as_array(), velocities.as_array());
         let n = positions.nrows();
@@ -296,6 +329,8 @@ impl Core {
             skin,
             flow_speed: flow_speed.max(directed_speed(&velocities, thermal, mass)),
             threads,
+            periodic,
+            walls,
         };
         let mut engine = Engine::new(n, &settings).map_err(|e| to_python(py, &e))?;
         if positions.ncols() != dimension {
@@ -322,6 +357,13 @@ impl Core {
             }
             engine.place(row, position, velocity);
         }
+        let places: Vec<[f64; 3]> = engine
+            .particles
+            .position
+            .iter()
+            .map(|p| [p[0], p[1], p[2]])
+            .collect();
+        check_inside(py, &engine, &places)?;
         py.detach(|| engine.renew(true))
             .map_err(|e| to_python(py, &e))?;
         let columns = Columns {
@@ -479,6 +521,40 @@ impl Core {
         Ok(table.into_pyarray(py))
     }
 
+    /// The links to images in the order of a forward sweep, (M, 3): rows of both particles and the
+    /// label of the kind of image; links in the skin included.
+    fn wall_link_order<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let engine = self.lock()?;
+        let row = |slot: u32| engine.particles.row[slot as usize];
+        let walls = &engine.walls;
+        let mut table = Vec::new();
+        for &base in engine.grid.colours.iter().flatten() {
+            let links = walls.links.get(base as usize).map_or(&[][..], |b| &b.links);
+            for link in links {
+                let label = walls.images[link.image as usize].label;
+                table.extend([row(link.slots[0]), row(link.slots[1]), u32::from(label)]);
+            }
+        }
+        let table = Array2::from_shape_vec((table.len() / 3, 3), table)
+            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        Ok(table.into_pyarray(py))
+    }
+
+    /// Force [force] and torque [energy] of the fluid on each wall that go with `forces`, (walls, 6).
+    fn wall_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let engine = self.lock()?;
+        let units = &engine.units;
+        wrenches(py, &engine.walls.force, units.force(), units.energy())
+    }
+
+    /// Momentum and angular momentum that each wall has received, (walls, 6).
+    fn wall_impulses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let engine = self.lock()?;
+        let units = &engine.units;
+        let momentum = units.mass * units.velocity;
+        wrenches(py, &engine.walls.impulse, momentum, momentum * units.length)
+    }
+
     /// Exact initial slope of the velocity autocorrelation, (1/m) <sum_j g_ij> (a + b/D) [1/time].
     fn friction_rate(&self, py: Python<'_>) -> PyResult<f64> {
         let mut engine = self.lock()?;
@@ -500,6 +576,8 @@ impl Core {
         result.set_item("grid_renewals", engine.counters.grid_renewals)?;
         result.set_item("list_builds", engine.counters.list_builds)?;
         result.set_item("blocks", engine.grid.blocks)?;
+        result.set_item("wall_particles", engine.walls.near.len())?;
+        result.set_item("wall_links", engine.walls.link_count())?;
         Ok(result)
     }
 
@@ -543,6 +621,43 @@ impl Core {
         levels: usize,
     ) -> PyResult<CurrentsHandle> {
         CurrentsHandle::attach(&mut *self.lock()?, every, &wave_vectors, points, levels)
+    }
+
+    /// Samples mean force and torque on each wall every `every` steps.
+    fn attach_wall_forces(&self, every: u64) -> PyResult<WallForcesHandle> {
+        Ok(WallForcesHandle::attach(&mut *self.lock()?, every))
+    }
+
+    /// Sums over particles in bins along an axis, or the distance from wall `index` where `wall`,
+    /// every `every` steps; `block` samples make a row.
+    #[allow(clippy::too_many_arguments)]
+    fn attach_profile(
+        &self,
+        every: u64,
+        wall: bool,
+        index: usize,
+        interval: [f64; 2],
+        bins: usize,
+        block: u64,
+    ) -> PyResult<ProfileHandle> {
+        let mut engine = self.lock()?;
+        let most = if wall {
+            engine.walls.surfaces.len()
+        } else {
+            self.dimension
+        };
+        if index >= most || bins == 0 || interval[0] >= interval[1] {
+            return Err(PyValueError::new_err(format!(
+                "a profile needs a coordinate below {most}, bins and an interval, got {index}, {bins}, {interval:?}"
+            )));
+        }
+        let coordinate = if wall {
+            Coordinate::Distance(index)
+        } else {
+            Coordinate::Axis(index)
+        };
+        let profile = Profile::new(every, self.dimension, coordinate, interval, bins, block);
+        Ok(ProfileHandle::attach(&mut engine, profile))
     }
 
     /// Detaches all observers; their handles stay readable.
@@ -666,6 +781,21 @@ impl Core {
         // The exported state was good, so this cannot fail; if it does, the next run says so.
         let _ = engine.renew(true);
     }
+}
+
+fn wrenches<'py>(
+    py: Python<'py>,
+    values: &[Wrench],
+    force: f64,
+    torque: f64,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let flat: Vec<f64> = values
+        .iter()
+        .flat_map(|w| (0..6).map(|a| w[a] * if a < 3 { force } else { torque }))
+        .collect();
+    let table = Array2::from_shape_vec((values.len(), 6), flat)
+        .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+    Ok(table.into_pyarray(py))
 }
 
 fn item<'py>(state: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, PyAny>> {

@@ -10,7 +10,9 @@ use crate::error::Error;
 pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     let (step, id) = match error {
         Error::Invalid(text) => return PyValueError::new_err(text.clone()),
-        Error::NotFinite { step, id, .. } | Error::Runaway { step, id, .. } => (*step, *id),
+        Error::NotFinite { step, id, .. }
+        | Error::Runaway { step, id, .. }
+        | Error::Escaped { step, id, .. } => (*step, *id),
     };
     let build = || -> PyResult<PyErr> {
         let class = py.import("sdpd.errors")?.getattr("SimulationError")?;

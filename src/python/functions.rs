@@ -11,6 +11,8 @@ use crate::domain::PeriodicBox;
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::neighbor::{SkinModel, automatic_skin};
 use crate::random::{Gaussian, Stream, SweepKey, Uniform, Variate};
+use crate::units::Units;
+use crate::wall::{CurvatureWeight, WallSettings, Walls};
 use crate::{eos, random, registry, relax};
 
 fn invalid(text: String) -> PyErr {
@@ -204,7 +206,8 @@ fn uniform_positions(
 /// Positions relaxed by iterations `first` to `last` of `iterations` of steepest descent, and the
 /// relative spread of their density.
 #[pyfunction]
-#[pyo3(signature = (positions, edges, support, iterations, first=0, last=None, threads=1))]
+#[pyo3(signature = (positions, edges, support, iterations, first=0, last=None, threads=1,
+    periodic=Vec::new(), walls=Vec::new(), volume=None))]
 #[allow(clippy::too_many_arguments)]
 fn relax_positions<'py>(
     py: Python<'py>,
@@ -215,6 +218,9 @@ fn relax_positions<'py>(
     first: u32,
     last: Option<u32>,
     threads: usize,
+    mut periodic: Vec<bool>,
+    walls: Vec<WallSettings>,
+    volume: Option<f64>,
 ) -> PyResult<(Bound<'py, PyArray2<f64>>, f64)> {
     let dimension = edges.len();
     check_dimension(dimension)?;
@@ -225,7 +231,21 @@ fn relax_positions<'py>(
             view.ncols()
         )));
     }
-    let cell = PeriodicBox::new(&edges, support).map_err(|e| to_python(py, &e))?;
+    periodic.resize(dimension, true);
+    let cell =
+        PeriodicBox::with_walls(&edges, support, &periodic).map_err(|e| to_python(py, &e))?;
+    let units = Units {
+        length: support,
+        mass: 1.0,
+        velocity: 1.0,
+        dimension: dimension as i32,
+    };
+    let mut walls = Walls::new(&walls, WendlandC2::NAME, dimension, &cell, &units)
+        .map_err(|e| to_python(py, &e))?;
+    let volume = volume.map_or_else(
+        || cell.edges[..dimension].iter().product(),
+        |v| v * units.number_density(),
+    );
     let mut scaled = Vec::with_capacity(view.nrows());
     for row in view.rows() {
         let mut position = [0.0; 3];
@@ -242,6 +262,9 @@ fn relax_positions<'py>(
             "`positions` must hold at least one row, got none".into(),
         ));
     }
+    walls
+        .check_inside(&scaled, &cell)
+        .map_err(|e| to_python(py, &e))?;
     let slice = first..last.unwrap_or(iterations).min(iterations);
     // A pool of its own: the global one would not survive a fork.
     let pool = rayon::ThreadPoolBuilder::new()
@@ -251,8 +274,8 @@ fn relax_positions<'py>(
     let spread = py
         .detach(|| {
             pool.install(|| match dimension {
-                2 => relax::relax::<2>(&mut scaled, &cell, slice, iterations),
-                _ => relax::relax::<3>(&mut scaled, &cell, slice, iterations),
+                2 => relax::relax::<2>(&mut scaled, &cell, &mut walls, volume, slice, iterations),
+                _ => relax::relax::<3>(&mut scaled, &cell, &mut walls, volume, slice, iterations),
             })
         })
         .map_err(|e| to_python(py, &e))?;
@@ -290,6 +313,51 @@ fn list_margin(
     })
 }
 
+/// p(q) and p'(q) of the curvature weight psi = 1 + K h p(phi/h) of images at round walls.
+#[pyfunction]
+fn curvature_weight<'py>(
+    py: Python<'py>,
+    kernel: &str,
+    dimension: usize,
+    q: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Pair1<'py>> {
+    check_dimension(dimension)?;
+    let weight = CurvatureWeight::named(kernel, dimension)
+        .ok_or_else(|| invalid(format!("`kernel` must be a kernel, got {kernel:?}")))?;
+    let (p, slope): (Vec<f64>, Vec<f64>) = q.as_array().iter().map(|&q| weight.at(q)).unzip();
+    Ok((p.into_pyarray(py), slope.into_pyarray(py)))
+}
+
+/// Raises `ValueError` if the walls do not go together, or not with the box.
+#[pyfunction]
+fn check_walls(
+    py: Python<'_>,
+    edges: Vec<f64>,
+    support: f64,
+    periodic: Vec<bool>,
+    walls: Vec<WallSettings>,
+) -> PyResult<()> {
+    let dimension = edges.len();
+    check_dimension(dimension)?;
+    if periodic.len() != dimension {
+        return Err(invalid(format!(
+            "`periodic` must have {dimension} entries, got {}",
+            periodic.len()
+        )));
+    }
+    let cell =
+        PeriodicBox::with_walls(&edges, support, &periodic).map_err(|e| to_python(py, &e))?;
+    let units = Units {
+        length: support,
+        mass: 1.0,
+        velocity: 1.0,
+        dimension: dimension as i32,
+    };
+    Walls::new(&walls, WendlandC2::NAME, dimension, &cell, &units)
+        .map(|_| ())
+        .map_err(|e| to_python(py, &e))
+}
+
 /// Adds all functions to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(kernel_names, module)?)?;
@@ -301,5 +369,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(normal_velocities, module)?)?;
     module.add_function(wrap_pyfunction!(uniform_positions, module)?)?;
     module.add_function(wrap_pyfunction!(list_margin, module)?)?;
+    module.add_function(wrap_pyfunction!(curvature_weight, module)?)?;
+    module.add_function(wrap_pyfunction!(check_walls, module)?)?;
     module.add_function(wrap_pyfunction!(relax_positions, module)?)
 }

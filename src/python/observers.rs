@@ -8,8 +8,8 @@ use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::observe::{
-    BlockedSums, CORRELATOR_COLUMNS, Correlator, Currents, Lags, Observer, Parts, STRESS_COLUMNS,
-    Stress, StressCorrelator, Thermodynamics,
+    BlockedSums, CORRELATOR_COLUMNS, Correlator, Currents, Lags, Observer, Parts, Profile,
+    STRESS_COLUMNS, Stress, StressCorrelator, Thermodynamics, WallForces,
 };
 use crate::simulation::Engine;
 
@@ -245,5 +245,60 @@ impl CurrentsHandle {
             energy: engine.units.energy(),
             time: engine.units.time(),
         })
+    }
+}
+
+fn rows_of<'py>(
+    py: Python<'py>,
+    (rows, width): (&[f64], usize),
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let table = Array2::from_shape_vec((rows.len() / width, width), rows.to_vec())
+        .map_err(|e| pyo3::exceptions::PyRuntimeError::new_err(e.to_string()))?;
+    Ok(table.into_pyarray(py))
+}
+
+/// Mean force and torque on each wall between samples.
+#[pyclass(frozen, name = "WallForces", module = "sdpd._core")]
+pub struct WallForcesHandle {
+    shared: Arc<Mutex<WallForces>>,
+}
+
+#[pymethods]
+impl WallForcesHandle {
+    /// (samples, 2 + 6 walls): step, time, force and torque on each wall, in the user's units.
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        rows_of(py, lock(&self.shared).rows())
+    }
+}
+
+/// Sums over particles in bins.
+#[pyclass(frozen, name = "Profile", module = "sdpd._core")]
+pub struct ProfileHandle {
+    shared: Arc<Mutex<Profile>>,
+}
+
+#[pymethods]
+impl ProfileHandle {
+    /// (blocks, 2 + bins (3 + 2 D)): time, samples, and for each bin the number of particles and
+    /// their sums of v, v^2, density and pressure, in the user's units.
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        rows_of(py, lock(&self.shared).rows())
+    }
+}
+
+impl WallForcesHandle {
+    pub(super) fn attach(engine: &mut Engine, every: u64) -> Self {
+        let observer = WallForces::new(every, engine.time(), &engine.walls.impulse);
+        let shared = Arc::new(Mutex::new(observer));
+        engine.attach(shared.clone());
+        Self { shared }
+    }
+}
+
+impl ProfileHandle {
+    pub(super) fn attach(engine: &mut Engine, profile: Profile) -> Self {
+        let shared = Arc::new(Mutex::new(profile));
+        engine.attach(shared.clone());
+        Self { shared }
     }
 }

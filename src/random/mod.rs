@@ -57,6 +57,12 @@ impl SweepKey {
         }
     }
 
+    /// The key of links to images of the kind `label`, 1 to 127; 0 is the key of direct pairs.
+    pub fn of_image(mut self, label: u8) -> Self {
+        self.tail[1] |= u64::from(label) << 17;
+        self
+    }
+
     /// The four words of a pair, the same for (a, b) and (b, a).
     #[inline(always)]
     pub fn pair_words(&self, id_a: u64, id_b: u64) -> [u64; 4] {
@@ -105,6 +111,12 @@ mod tests {
         assert_ne!(pair_counter(4, 9), pair_counter(4, 9 + wide));
         let other = SweepKey::new(7, Stream::PairExchange, 3, 0);
         assert_ne!(key.pair_words(4, 9), other.pair_words(4, 9));
+        let image = key.of_image(1);
+        assert_ne!(key.pair_words(4, 9), image.pair_words(4, 9));
+        assert_eq!(key.tail, key.of_image(0).tail);
+        // The label shares its byte with the half step, and nothing else.
+        let half = SweepKey::new(7, Stream::PairForce, 3, 1).of_image(127);
+        assert_eq!(half.tail[1], 0xff << 16 | 1 << 24);
         assert_eq!(fmix64(0), 0);
     }
 }

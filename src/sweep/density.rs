@@ -72,7 +72,7 @@ pub fn number_densities<K: Kernel, const D: usize>(
     particles.density.fill(K::w::<D>(0.0));
     let density = Shared::new(&mut particles.density);
     let position = &particles.position;
-    for_each_block(grid, list, false, |_, block| {
+    for_each_block(grid, list, false, &|_, block| {
         run_wide(DensityTask::<K, D> {
             block,
             cell,

@@ -294,7 +294,7 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     let backward = direction == Direction::Backward;
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
-        for_each_block(grid, list, backward, |number, block| {
+        for_each_block(grid, list, backward, &|number, block| {
             run_wide(ExchangeTask::<K, F, V, D> {
                 block,
                 cell,

@@ -280,7 +280,7 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles.force.fill([0.0; 4]);
     let force = Shared::new(&mut particles.force);
     let (position, velocity, id) = (&particles.position, &particles.velocity, &particles.id);
-    for_each_block(grid, list, false, |number, block| {
+    for_each_block(grid, list, false, &|number, block| {
         run_wide(ForceTask::<K, F, V, D, true> {
             block,
             cell,
@@ -317,7 +317,7 @@ pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles.drag.fill([0.0; 4]);
     let force = Shared::new(&mut particles.drag);
     let (position, velocity, id) = (&particles.position, &particles.scratch, &particles.id);
-    for_each_block(grid, list, false, |number, block| {
+    for_each_block(grid, list, false, &|number, block| {
         run_wide(ForceTask::<K, F, V, D, false> {
             block,
             cell,

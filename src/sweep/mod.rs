@@ -9,12 +9,19 @@ mod density;
 mod exchange;
 mod force;
 mod tally;
+mod wall;
+mod wall_density;
+mod wall_exchange;
+mod wall_force;
 mod wide;
 
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
 pub use tally::{Tally, Tensor};
+pub use wall_density::wall_densities;
+pub use wall_exchange::wall_exchange;
+pub use wall_force::{Motion, wall_drag, wall_forces, wall_friction_weight};
 pub use wide::{Task, run_wide};
 
 use std::marker::PhantomData;
@@ -63,12 +70,13 @@ impl<'a, T> Shared<'a, T> {
 }
 
 /// Calls `work` for every block and its number, colour by colour; in parallel where the pool has
-/// threads.
+/// threads. The call is a virtual one, so that the parallel loop is compiled once and not for every
+/// combination.
 pub(crate) fn for_each_block(
     grid: &Grid,
     list: &PairList,
     reverse: bool,
-    work: impl Fn(u32, &BlockList) + Sync,
+    work: &(dyn Fn(u32, &BlockList) + Sync),
 ) {
     let parallel = rayon::current_num_threads() > 1;
     let colour_work = |colour: &Vec<u32>| {

@@ -221,22 +221,22 @@ def test_stress_correlator_against_the_series(dimension: int) -> None:
         last = np.arange(lag, len(total))
         last = last[last % every == 0]
         assert row[0] == len(last)
-        expected = np.zeros(19)
+        expected = np.zeros(23)
         for t in last:
             moved = steps[t - lag + 1 : t + 1].sum(axis=0)
             pairs = [(p, q) for p in range(4) for q in range(p, 4)]
             expected[:10] += [np.mean(moved[p][off] * moved[q][off]) for p, q in pairs]
             diagonal = np.diag(moved.sum(axis=0)) - reference * lag * interval
             now, past = np.diag(whole[t]), np.diag(whole[t - lag])
-            expected[10:14] += [
-                diagonal.mean() ** 2,
-                diagonal.mean(),
-                np.mean(diagonal**2),
-                diagonal.mean(),
+            expected[10:13] += [diagonal.mean() ** 2, diagonal.mean(), np.mean(diagonal**2)]
+            expected[13 : 13 + dimension] += diagonal
+            expected[16] += np.mean(total[t][off] * total[t - lag][off])
+            expected[17:20] += [
+                now.mean() * past.mean(),
+                (now + past).mean() / 2,
+                np.mean(now * past),
             ]
-            expected[14] += np.mean(total[t][off] * total[t - lag][off])
-            expected[15:17] += [now.mean() * past.mean(), past.mean()]
-            expected[17:] += [np.mean(now * past), past.mean()]
+            expected[20 : 20 + dimension] += (now + past) / 2
         scale = np.abs(sums).max(axis=0)[1:]
         assert np.allclose(row[1:], expected, rtol=1e-9, atol=1e-9 * scale)
 

@@ -172,6 +172,27 @@ def test_normalized_vacf_of_an_ornstein_uhlenbeck_process():
     assert measure.normalized_vacf(grown, 4) == pytest.approx(found, abs=3e-6)
 
 
+@pytest.mark.parametrize("case", WATER.values(), ids=lambda case: case.name)
+def test_printed_columns_of_table_7_follow_from_its_inputs(case):
+    again = diffusion.recomputed(case)
+    assert again.mass_ratio == pytest.approx(case.published_mass_ratio, rel=0.005)
+    assert again.size_ratio == pytest.approx(case.published_size_ratio, rel=0.006)
+    assert again.bird == pytest.approx(case.published_bird, rel=0.005)
+    # case 3 was computed with h = 1.8e-9 m
+    factor = (1.9 / 1.8) ** 2 if case.number == 3 else 1.0
+    assert again.support == pytest.approx(factor * case.published_support, rel=0.006)
+    assert again.temperature == pytest.approx(300.0, rel=0.05)
+
+
+@pytest.mark.parametrize("case", NITROGEN.values(), ids=lambda case: case.name)
+def test_what_does_not_follow_in_table_8(case):
+    again = diffusion.recomputed(case)
+    assert again.size_ratio == pytest.approx(case.published_size_ratio, rel=1e-4)
+    # printed: 2.15e25 molecules in a cubic metre, of 5.5e-26 kg; nitrogen's have 4.65e-26 kg
+    assert case.published_mass_ratio / again.mass_ratio == pytest.approx(0.8450, rel=1e-3)
+    assert 320.0 < again.temperature < 345.0
+
+
 def synthetic(scene, plan, rate=None, noise=1e-4, drift=0.0, seed=1):
     """A sample with an exponential VACF, long-time D equal to the short-time one."""
     rng = np.random.default_rng(seed)
@@ -188,6 +209,7 @@ def synthetic(scene, plan, rate=None, noise=1e-4, drift=0.0, seed=1):
     ramp = 1.0 + drift * np.arange(plan.blocks)[:, None]
     return measure.Sample(
         state=state * ramp * (1.0 + noise * rng.normal(size=(plan.blocks, 3))),
+        temperature_square=(1.0 + noise * rng.normal(size=plan.blocks)) / (1.5 * (number - 1.0)),
         rate=rate * (1.0 + noise * rng.normal(size=plan.blocks)),
         short_lag=short,
         short_vacf=np.exp(-blocks(short * rate / (1.0 - 1.0 / number), 2 * plan.blocks)),
@@ -209,6 +231,7 @@ def small():
 def test_estimates_of_a_known_sample(small):
     _, scene, plan = small
     found = diffusion.evaluate(*small, [synthetic(scene, plan, seed=k) for k in (1, 2)])
+    assert found.temperature_variance.value == pytest.approx(1.0, rel=1e-3)
     exact = scene.thermal_energy * scene.friction_time / scene.particle_mass
     for estimate in (found.short, found.exact, found.msd, found.integral):
         assert estimate.value == pytest.approx(exact, rel=1e-3)

@@ -14,11 +14,24 @@ TABLES = {
     "default_kernel": "| **Wendland C2** | none |",
     "delivered_viscosity": "| $\\Delta t/\\tau$ | Lucy 3 | Wendland C2 3 |",
     "verlet_temperature": "| one mode, slope | +0.000 | -0.250 | -0.500 |",
+    "fields": "| $t$ | $U e^{-2\\nu k^2t}$ | amplitude |",
+    "observers": "| `StressCorrelator(parts=True)` |",
     "bian2015": "| mean density of particles | 1.001 |",
     "noise": "| excess kurtosis of the velocity components |",
     "performance": "| pair splitting | 1 | 2.000 |",
+    "poiseuille": "| 0.05 s |",
+    "couette": "| 1.00 s |",
+    "wall_equilibrium": "| slab | ",
 }
-FIGURES = {"discrete_factors", "default_kernel", "delivered_viscosity", "verlet_temperature"}
+FIGURES = {
+    "couette",
+    "default_kernel",
+    "delivered_viscosity",
+    "discrete_factors",
+    "fields",
+    "poiseuille",
+    "verlet_temperature",
+}
 
 
 @pytest.fixture
@@ -26,7 +39,7 @@ def script(monkeypatch):
     before = set(sys.modules)
     monkeypatch.syspath_prepend(str(SCRIPTS))
     yield importlib.import_module
-    for name in {"report", "bian2015_runs", *TABLES} & (set(sys.modules) - before):
+    for name in {"bian2015_runs", "channel", "report", *TABLES} & (set(sys.modules) - before):
         del sys.modules[name]
 
 

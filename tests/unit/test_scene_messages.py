@@ -20,12 +20,12 @@ MESSAGES = [
         "`lengths[1]` must be finite and > 0, got 0",
     ),
     (
-        lambda: sdpd.Box((1.0, 1.0, 1.0), periodic="xy"),
+        lambda: reduced_scene(box=sdpd.Box((8.0, 8.0, 8.0), periodic="xy")),
         ValueError,
         (
-            "`periodic` must name every axis ('xyz') as walls are not implemented yet, got "
-            "'xy' without "
-            "'z'"
+            "`walls` must close the box along z, which is not periodic, got fluid at "
+            "(0.16666666666666666, 0.16666666666666666, 0.0); add a wall (see sdpd.walls.slab and "
+            "enclosure) or make the axis periodic"
         ),
     ),
     (

@@ -32,6 +32,7 @@ PHYSICS = (
     "state.rs",
     "sweep",
     "units.rs",
+    "wall",
 )
 
 

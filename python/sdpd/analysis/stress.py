@@ -179,6 +179,9 @@ def bulk_component(longitudinal: Correlation, shear: Correlation, *, dimension: 
     )
     if not same:
         raise ValueError("`shear` must have the lags and blocks of `longitudinal`")
+    if not np.array_equal(longitudinal.block_counts, shear.block_counts):
+        # One of them holds pseudo-values, which weigh the same: make the other's do so too.
+        longitudinal, shear = (c.transformed(np.asarray) for c in (longitudinal, shear))
     blocks = longitudinal.blocks - (2.0 - 2.0 / dimension) * shear.blocks
     return replace(longitudinal, blocks=blocks)
 
@@ -280,13 +283,27 @@ def stress_autocorrelation(
     raw = autocorrelation(columns, dt, max_lag=max_lag, n_blocks=n_blocks)
     if component == "shear":
         return raw
-    rest = columns.shape[0] - (2.0 * max_lag + 1.0)
+    return put_back_mean(raw, columns.shape[0])
+
+
+def put_back_mean(autocorrelation: Correlation, rows: int) -> Correlation:
+    """Undo what taking the mean of the run off did to an autocorrelation at lags 0, 1, 2, ...
+
+    Parameters
+    ----------
+    autocorrelation : Correlation
+        About the mean of the same `rows` samples, at equally spaced lags that begin at 0 and
+        reach beyond the memory.
+    rows : int
+        Samples behind the mean, more than twice the lags.
+    """
+    rest = rows - (2.0 * autocorrelation.lag.size - 1.0)
 
     def restored(values: Array) -> Array:
         both_sides = 2.0 * values.sum(axis=-1, keepdims=True) - values[..., :1]
         return np.asarray(values + both_sides / rest)
 
-    return raw.transformed(restored)
+    return autocorrelation.transformed(restored)
 
 
 def green_kubo_viscosity(

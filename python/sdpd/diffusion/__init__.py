@@ -28,6 +28,7 @@ from sdpd.diffusion.figures import plot_diffusion, plot_schmidt, write_figures
 from sdpd.diffusion.files import rows, write
 from sdpd.diffusion.measure import Sample, run_replica
 from sdpd.diffusion.plan import CORE_MINUTES, Plan, plan_case, quick_plan
+from sdpd.diffusion.published import Recomputed, recomputed
 from sdpd.diffusion.report import report, tables
 from sdpd.diffusion.results import CaseResult, Limits, assess, evaluate
 from sdpd.diffusion.study import QUICK_PARTICLES, Study, run_study
@@ -45,6 +46,7 @@ __all__ = [
     "Formulas",
     "Limits",
     "Plan",
+    "Recomputed",
     "Sample",
     "Study",
     "assess",
@@ -56,6 +58,7 @@ __all__ = [
     "plot_diffusion",
     "plot_schmidt",
     "quick_plan",
+    "recomputed",
     "report",
     "rows",
     "run_replica",

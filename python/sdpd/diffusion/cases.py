@@ -7,7 +7,7 @@ D_h follows from no other value). The time steps of the tables are not used.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sdpd import equations_of_state as eos
 from sdpd import fluids, kernels, validation
@@ -52,10 +52,12 @@ class Case:
         N.
     support_radius : float
         h, the full support radius [m].
-    published_bird, published_support : float or None
-        D_bird and D_h as printed (Y 3.7, 3.8) [m^2/s].
     published_density, published_speed : float
         Mean density [kg/m^3] and rms thermal speed (of D components) [m/s] the dissertation found.
+    published_mass_ratio, published_size_ratio : float
+        Mass over that of a molecule and size over that of a molecule as printed [1].
+    published_bird, published_support : float or None
+        D_bird and D_h as printed (Y 3.7, 3.8) [m^2/s].
     """
 
     number: int
@@ -65,6 +67,8 @@ class Case:
     support_radius: float
     published_density: float
     published_speed: float
+    published_mass_ratio: float
+    published_size_ratio: float
     published_bird: float | None = None
     published_support: float | None = None
 
@@ -82,17 +86,7 @@ class Case:
         """The same fluid of particles in a smaller or larger box."""
         number = validation.integer("particles", particles, minimum=2)
         edge = self.spacing * number ** (1.0 / 3.0)
-        return Case(
-            number=self.number,
-            fluid=self.fluid,
-            edge=edge,
-            particles=number,
-            support_radius=self.support_radius,
-            published_density=self.published_density,
-            published_speed=self.published_speed,
-            published_bird=self.published_bird,
-            published_support=self.published_support,
-        )
+        return replace(self, edge=edge, particles=number)
 
     def scene(
         self,
@@ -162,36 +156,38 @@ def _table(fluid: str, rows: list[tuple[float, ...]]) -> dict[int, Case]:
             support_radius=row[3],
             published_density=row[4],
             published_speed=row[5],
-            published_bird=row[6] if len(row) > 6 else None,
-            published_support=row[7] if len(row) > 7 else None,
+            published_mass_ratio=row[6],
+            published_size_ratio=row[7],
+            published_bird=row[8] if len(row) > 8 else None,
+            published_support=row[9] if len(row) > 9 else None,
         )
         for row in rows
     )
     return {case.number: case for case in cases}
 
 
-# case, L [m], N, h [m], mean density [kg/m^3], rms speed [m/s], D_bird, D_h [m^2/s]
+# case, L [m], N, h [m], mean density [kg/m^3], rms speed [m/s], m/m_mol, dx/2R, D_bird, D_h [m^2/s]
 WATER = _table(
     "water",
     [
-        (1, 5e-9, 3375, 1e-9, 1050, 576, 1.98e-9, 1.86e-9),
-        (2, 8e-9, 3375, 1.4e-9, 1040, 288, 1.24e-9, 8.83e-10),
-        (3, 1e-8, 3375, 1.9e-9, 1050, 202, 9.88e-10, 7.55e-10),
-        (4, 5e-8, 3375, 1e-8, 1020, 17.9, 1.98e-10, 1.81e-10),
-        (5, 1e-7, 3375, 1.9e-8, 1050, 6.5, 9.88e-11, 8.41e-11),
-        (6, 1e-6, 27000, 1e-7, 1015, 0.578, 1.98e-11, 1.80e-11),
-        (7, 1e-6, 15625, 1.1e-7, 1015, 0.44, 1.65e-11, 1.26e-11),
-        (8, 1e-6, 8000, 1.4e-7, 1039, 0.314, 1.32e-11, 1.07e-11),
-        (9, 1e-6, 3375, 1.9e-7, 1034, 0.204, 9.88e-12, 8.28e-12),
-        (10, 1e-6, 1000, 3e-7, 1055, 0.11, 6.59e-12, 6.24e-12),
+        (1, 5e-9, 3375, 1e-9, 1050, 576, 1.24, 1.08, 1.98e-9, 1.86e-9),
+        (2, 8e-9, 3375, 1.4e-9, 1040, 288, 5.07, 1.72, 1.24e-9, 8.83e-10),
+        (3, 1e-8, 3375, 1.9e-9, 1050, 202, 9.91, 2.15, 9.88e-10, 7.55e-10),
+        (4, 5e-8, 3375, 1e-8, 1020, 17.9, 1240, 10.8, 1.98e-10, 1.81e-10),
+        (5, 1e-7, 3375, 1.9e-8, 1050, 6.5, 9910, 21.5, 9.88e-11, 8.41e-11),
+        (6, 1e-6, 27000, 1e-7, 1015, 0.578, 1.24e6, 108, 1.98e-11, 1.80e-11),
+        (7, 1e-6, 15625, 1.1e-7, 1015, 0.44, 2.14e6, 129, 1.65e-11, 1.26e-11),
+        (8, 1e-6, 8000, 1.4e-7, 1039, 0.314, 4.18e6, 161, 1.32e-11, 1.07e-11),
+        (9, 1e-6, 3375, 1.9e-7, 1034, 0.204, 9.91e6, 215, 9.88e-12, 8.28e-12),
+        (10, 1e-6, 1000, 3e-7, 1055, 0.11, 3.34e7, 323, 6.59e-12, 6.24e-12),
     ],
 )
 NITROGEN = _table(
     "nitrogen",
     [
-        (1, 1e-6, 3375, 2e-7, 1.21, 6.2),
-        (2, 1e-6, 1000, 3e-7, 1.20, 3.36),
-        (3, 1e-5, 3375, 1.9e-6, 1.22, 0.201),
+        (1, 1e-6, 3375, 2e-7, 1.21, 6.2, 6371, 222.22),
+        (2, 1e-6, 1000, 3e-7, 1.20, 3.36, 21505, 333.33),
+        (3, 1e-5, 3375, 1.9e-6, 1.22, 0.201, 6.37e6, 2222.22),
     ],
 )
 TABLES = {"water": WATER, "nitrogen": NITROGEN}

@@ -38,6 +38,7 @@ def rows(study: Study) -> list[dict[str, Any]]:
             "friction_time_s": r.friction_time,
         }
         _put(row, "temperature_K", r.temperature)
+        _put(row, "temperature_variance_over_exact", r.temperature_variance)
         _put(row, "density_kg_m3", r.density)
         _put(row, "pressure_Pa", r.pressure)
         for name, drift in r.drifts.items():

@@ -34,6 +34,8 @@ class Sample:
     state : ndarray, shape (B, 3)
         Kinetic temperature [temperature], mean density [mass/length^D], mean pressure
         [energy/length^D] of each long block.
+    temperature_square : ndarray, shape (B,)
+        Mean square of T_kin/T - 1 in each long block [1].
     rate : ndarray, shape (B,)
         Exact initial decay rate of the VACF in each short block [1/time].
     short_lag, short_vacf : ndarray, shape (S,), (2 B, S)
@@ -46,6 +48,7 @@ class Sample:
     """
 
     state: Array
+    temperature_square: Array
     rate: Array
     short_lag: Array
     short_vacf: Array
@@ -131,6 +134,7 @@ class _Runner:
         )
         self.chunk = max(1, int(CHUNK_PAIRS / (scene.n_particles * scene.pairs_per_particle)))
         self.states: list[Array] = []
+        self.squares: list[float] = []
         self.rates: list[float] = []
         self.short: list[Array] = []
         self.long: list[NDArray[np.void]] = []
@@ -162,6 +166,8 @@ class _Runner:
         correlator = Correlator(every=1, points=POINTS, levels=plan.levels)
         self.run(plan.long, plan.long_steps, what, (thermo, correlator))
         self.states.append(np.array([thermo[name].mean() for name in STATE]))
+        asked = self.simulation.scene.fluid.temperature
+        self.squares.append(float(np.mean((thermo["temperature"] / asked - 1.0) ** 2)))
         self.long.append(correlator.data)
         self.run(plan.short, plan.settling, what)
         rates, velocities = [], []
@@ -178,6 +184,7 @@ class _Runner:
         """What was measured."""
         return Sample(
             state=np.stack(self.states),
+            temperature_square=np.array(self.squares),
             rate=np.array(self.rates),
             short_lag=self.plan.short * np.arange(SLOPE_LAGS + 1.0),
             short_vacf=np.stack(self.short),

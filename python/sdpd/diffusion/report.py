@@ -95,6 +95,7 @@ def _state(study: Study) -> str:
         [
             f"{r.case.number}",
             _plain(r.temperature),
+            _plain(r.temperature_variance),
             _plain(r.density),
             *(f"{100 * d.value:+.2f} ± {100 * d.stderr:.2f}" for d in r.drifts.values()),
             "yes" if r.is_steady(study.limits.drift_level) else "NO",
@@ -102,8 +103,9 @@ def _state(study: Study) -> str:
         for r in study.results
     ]
     return "State over the long blocks; drift from the first block to the last\n" + _columns(
-        ["case", "T_kin", "mean density", "drift T", "drift density", "drift P", "steady"],
-        ["", "K", "kg/m³", "%", "%", "%", ""],
+        ["case", "T_kin", "Var T_kin", "mean density", "drift T", "drift density", "drift P"]
+        + ["steady"],
+        ["", "K", "2T²/3(N-1)", "kg/m³", "%", "%", "%", ""],
         lines,
     )
 

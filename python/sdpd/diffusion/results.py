@@ -57,6 +57,8 @@ class CaseResult:
         What was run and what formulas say.
     temperature, density, pressure : Estimate
         Kinetic temperature, mean density and pressure of the particles.
+    temperature_variance : Estimate
+        Of the kinetic temperature in time, over 2 T^2/(3 (N - 1)), that of free velocities [1].
     drifts : dict of Estimate
         Change of each of these from the first to the last block, relative to its mean.
     rate, exact_rate : Estimate
@@ -83,6 +85,7 @@ class CaseResult:
     temperature: Estimate
     density: Estimate
     pressure: Estimate
+    temperature_variance: Estimate
     drifts: dict[str, Estimate]
     rate: Estimate
     exact_rate: Estimate
@@ -158,6 +161,7 @@ def evaluate(case: Case, scene: Scene, plan: Plan, samples: Sequence[Sample]) ->
     number = scene.n_particles
     state = np.concatenate([sample.state for sample in samples])
     temperature, density, pressure = (_mean(state[:, k]) for k in range(len(STATE)))
+    spread = _mean(np.concatenate([sample.temperature_square for sample in samples]))
     drifts = {
         name: _drift([sample.state[:, k] for sample in samples]) for k, name in enumerate(STATE)
     }
@@ -182,6 +186,7 @@ def evaluate(case: Case, scene: Scene, plan: Plan, samples: Sequence[Sample]) ->
         temperature=temperature,
         density=density,
         pressure=pressure,
+        temperature_variance=spread.scaled(1.5 * (number - 1.0)),
         drifts=drifts,
         rate=rate,
         exact_rate=exact_rate,

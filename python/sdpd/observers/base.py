@@ -44,6 +44,7 @@ class Observer:
     """
 
     may_write: ClassVar[bool] = True  # whether `sample` may write positions and velocities
+    between_walls: ClassVar[bool] = True  # whether it has a meaning where there are walls
 
     def __init__(self, *, every: int | None = None) -> None:
         self.every: int | None = None
@@ -61,8 +62,13 @@ class Observer:
         Raises
         ------
         ValueError
-            If it belongs to another simulation.
+            If it belongs to another simulation, or has no meaning where there are walls.
         """
+        if sim.scene.walls and not self.between_walls:
+            raise ValueError(
+                f"`observe` must not hold a {type(self).__name__} where the scene has walls: it is "
+                "for periodic boxes"
+            )
         if self._owner is not None and self._owner() is not sim:
             raise ValueError(
                 f"`observe` must hold observers of this simulation, got a {type(self).__name__} "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +57,8 @@ class CurrentCorrelator(LaggedObserver):
     >>> shell.transverse.lag.size
     8
     """
+
+    between_walls: ClassVar[bool] = False
 
     def __init__(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,9 @@ CHOICES = ("total", "collisional", *PARTS)
 
 # Columns of the core's table of sums.
 _PRODUCTS = [(p, q) for p in range(4) for q in range(p, 4)]
-_INCREMENT = {"trace": (11, 12), "longitudinal": (13, 14)}
-_PRODUCT = {"shear": (15, None), "trace": (16, 17), "longitudinal": (18, 19)}
+# Per component: column of the square, and columns of what it is of.
+_INCREMENT = {"trace": (11, (12,)), "longitudinal": (13, (14, 15, 16))}
+_PRODUCT = {"shear": (17, ()), "trace": (18, (19,)), "longitudinal": (20, (21, 22, 23))}
 
 
 class Stress(LoopObserver):
@@ -64,6 +65,8 @@ class Stress(LoopObserver):
     >>> stress.total.shape, stress.data["step"].tolist()
     ((3, 3, 3), [10, 15, 20])
     """
+
+    between_walls: ClassVar[bool] = False
 
     def __init__(self, *, every: int | None = None) -> None:
         super().__init__(every=every)
@@ -167,6 +170,8 @@ class StressCorrelator(LaggedObserver):
     6
     """
 
+    between_walls: ClassVar[bool] = False
+
     def __init__(
         self,
         *,
@@ -235,11 +240,15 @@ class StressCorrelator(LaggedObserver):
         if component == "shear":
             sums = groups[..., 1:11] @ _part_weights(part)
         else:
-            square, plain = _INCREMENT[component]
-            drift = _drift(groups, plain, self._lags)
-            sums = groups[..., square] - 2.0 * drift * groups[..., plain] + drift**2 * counts
+            square, values = _INCREMENT[component]
+            sums = groups[..., square].copy()
+            for value in values[: self._elements(component)]:
+                plain = groups[..., value]
+                drift = _drift(plain, counts, self._lags)
+                share = 1.0 / self._elements(component)
+                sums += share * (drift**2 * counts - 2.0 * drift * plain)
             # The mean was taken from the same run, which leaves too little by this factor.
-            sums = sums / np.maximum(1.0 - self._lags / self.n_samples, 0.5)
+            sums = sums / np.maximum(1.0 - self._lags / max(self.n_samples - 1, 1), 0.5)
         unit = (self._energy * self._time) ** 2
         return self._as_correlation(
             sums * unit, counts, longest, dimension=self._elements(component)
@@ -266,23 +275,27 @@ class StressCorrelator(LaggedObserver):
         ValueError
             For an unknown component or without samples.
         """
+        from sdpd.analysis.stress import put_back_mean
+
         validation.choice("component", component, COMPONENTS)
         if component == "bulk":
             return self._bulk(self.autocorrelation, n_blocks)
         groups, longest = self._grouped(self._checked_blocks(n_blocks))
         counts = groups[..., 0]
-        product, plain = _PRODUCT[component]
-        sums = groups[..., product]
-        if plain is not None:
-            mean = groups[:, 0, plain].sum() / counts[:, 0].sum()
-            sums = sums - 2.0 * mean * groups[..., plain] + mean**2 * counts
+        product, values = _PRODUCT[component]
+        sums = groups[..., product].copy()
+        for value in values[: self._elements(component)]:
+            plain = groups[..., value]
+            mean = plain[:, 0].sum() / counts[:, 0].sum()
+            sums += (mean**2 * counts - 2.0 * mean * plain) / self._elements(component)
         unit = (self._energy / self._volume) ** 2
-        return self._as_correlation(
+        result = self._as_correlation(
             sums * unit,
             counts,
             min(longest, self.points - 1.0),
             dimension=self._elements(component),
         )
+        return put_back_mean(result, self.n_samples) if values else result
 
     def _bulk(self, function: Callable[..., Correlation], n_blocks: int) -> Correlation:
         from sdpd.analysis.stress import bulk_component
@@ -305,8 +318,8 @@ def _part_weights(part: str) -> Array:
     )
 
 
-def _drift(groups: Array, plain: int, lags: Array) -> Array:
+def _drift(plain: Array, counts: Array, lags: Array) -> Array:
     """Mean increment at each lag, from the mean over one interval: the shortest lag's."""
     first = int(np.flatnonzero(lags > 0.0)[0])
-    rate = groups[:, first, plain].sum() / groups[:, first, 0].sum() / lags[first]
+    rate = plain[:, first].sum() / counts[:, first].sum() / lags[first]
     return np.asarray(rate * lags)

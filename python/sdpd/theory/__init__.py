@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .channel_flow import couette_velocity, pipe_velocity, poiseuille_velocity
 from .density import (
     DensityTheory,
     cell_count_variance,
@@ -14,14 +15,18 @@ from .hydrodynamics import HydrodynamicTheory, isothermal_sound_speed
 from .kernel_moments import friction_integral, kernel_square_integral, kernel_transform
 from .landau_lifshitz import CellVariances, cell_variances
 from .tails import finite_size_diffusion, vacf_tail
+from .vacf_modes import vacf_modes
+from .viscosity import ViscosityTheory
 
 __all__ = [
     "CellVariances",
     "DensityTheory",
     "FrictionTheory",
     "HydrodynamicTheory",
+    "ViscosityTheory",
     "cell_count_variance",
     "cell_variances",
+    "couette_velocity",
     "finite_size_diffusion",
     "friction_coefficients",
     "friction_integral",
@@ -29,8 +34,11 @@ __all__ = [
     "kernel_square_integral",
     "kernel_transform",
     "pairing_limit",
+    "pipe_velocity",
+    "poiseuille_velocity",
     "reduced_equation_of_state",
     "stiffness_slope",
+    "vacf_modes",
     "vacf_tail",
     "viscosities",
 ]

@@ -1,47 +1,40 @@
-"""The main job at full length: self-diffusion of water against size (Yang 2013, table 7)."""
+"""Self-diffusion of water against size: every case of Table 7 of Yang (2013)."""
 
 from __future__ import annotations
 
 import pytest
 
-from sdpd.diffusion.files import rows
-from sdpd.diffusion.study import Study, run_study
-from tests.validation import record
+from sdpd.diffusion import TABLES, Study, run_study
+from tests.validation import diffusion_claims as claims
 
-KEPT = ("temperature_K", "density_kg_m3", "D_short_m2_s", "D_short_exact_m2_s", "D_long_msd_m2_s")
+CORE_MINUTES = 1.0
 
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    return run_study(progress=False)
+    return run_study(cases=tuple(TABLES["water"]), core_minutes=CORE_MINUTES, progress=False)
 
 
 def test_every_case_reaches_its_limits(study: Study) -> None:
+    assert len(study.results) == 10
     assert study.passed, study.failures
 
 
 def test_short_time_diffusion_is_the_exact_one(study: Study) -> None:
-    for result in study.results:
-        assert result.short.relative <= 0.02, "too few samples to see a fault"
-        assert abs(result.deviation) <= 3.0
+    claims.check_short_times(study)
+
+
+def test_temperature_and_its_variance(study: Study) -> None:
+    claims.check_temperature(study)
 
 
 def test_both_long_time_estimates_agree(study: Study) -> None:
-    for result in study.results:
-        assert result.msd.relative <= 0.10 and result.integral.relative <= 0.10
-        # Same trajectories, so the errors are correlated: a bound from above.
-        assert abs(result.msd.z(result.integral)) < 4.0
+    claims.check_long_times(study)
+
+
+def test_scaling_with_size(study: Study) -> None:
+    claims.check_scaling(study)
 
 
 def test_the_record_is_written(study: Study) -> None:
-    numbers = {}
-    for row in rows(study):
-        kept = {name: row[name] for name in KEPT} | {
-            f"{n}_stderr": row[f"{n}_stderr"] for n in KEPT
-        }
-        kept["D_long_integral_m2_s"] = row["D_long_integral_m2_s"]
-        kept["D_long_integral_m2_s_stderr"] = row["D_long_integral_m2_s_stderr"]
-        kept["z_short"] = row["short_deviation_in_standard_errors"]
-        numbers[f"case {row['case']}"] = kept
-    record.store("diffusion_water", numbers)
-    assert set(record.load()["diffusion_water"]["numbers"]) == set(numbers)
+    claims.write_record("diffusion_water", study)

@@ -1,0 +1,123 @@
+"""Temperature and density in layers next to walls, at rest, with noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from report import Report, grid, reduced_fluid, shown
+
+import sdpd
+
+ETA, SOUND_SPEED, SUPPORT = 20.0, 10.0, 2.65  # X = 100
+LAYERS = 3  # of one spacing each
+BLOCKS, WARM = 32, 400
+# Samples per block, four steps apart: a larger wall has more particles next to it.
+SAMPLES = {"slab": 60, "duct": 60, "pipe": 15, "post": 15, "sphere": 4}
+
+
+@dataclass(frozen=True)
+class Layers:
+    """Temperature, its error, and density over the bulk's with its error, layer by layer."""
+
+    temperature: np.ndarray
+    temperature_error: np.ndarray
+    density: np.ndarray
+    density_error: np.ndarray
+    current: float  # largest mean velocity over its error, all layers and components
+    torque: float  # over its error; 0 for planes
+
+
+def scene_of(kind: str) -> sdpd.Scene:
+    """A slab, a square duct, a pipe or a sphere of R = 5h; m = dx = k_B T = 1."""
+    law = sdpd.eos.Linear(background_pressure=SOUND_SPEED**2)
+    radius = 5.03 * SUPPORT  # the spacing is not quite 1, and h is to stay below R/5
+    if kind == "slab":
+        box = sdpd.Box((7.0, 7.0, 12.0), periodic="xy")
+        walls: tuple[sdpd.walls.Wall, ...] = sdpd.walls.slab(box)
+    elif kind == "duct":
+        box = sdpd.Box((9.0, 9.0, 7.0), periodic="z")
+        walls = sdpd.walls.enclosure(box)
+    elif kind == "pipe":
+        box = sdpd.Box((2.0 * radius, 2.0 * radius, 6.0), periodic="z")
+        walls = (sdpd.Cylinder(radius=radius, centre=(radius, radius, 0.0), fluid="inside"),)
+    elif kind == "post":
+        edge = 2.0 * radius + 3.0 * SUPPORT
+        box = sdpd.Box((edge, edge, 6.0))
+        walls = (sdpd.Cylinder(radius=radius, centre=(0.5 * edge, 0.5 * edge, 0.0)),)
+    else:
+        edge = 2.0 * radius + 2.0 * SUPPORT
+        box = sdpd.Box((edge, edge, edge))
+        walls = (sdpd.Sphere(radius=radius, centre=(0.5 * edge,) * 3),)
+    return sdpd.Scene(
+        fluid=reduced_fluid(ETA, law),
+        box=box,
+        walls=walls,
+        resolution=sdpd.Resolution(spacing=1.0, support=SUPPORT, kernel="lucy"),
+        start=sdpd.RandomStart(),
+        sound_speed=SOUND_SPEED,
+    )
+
+
+def measure(kind: str, blocks: int = BLOCKS, samples: int | None = None, seed: int = 3) -> Layers:
+    """Run the splitting at tau/2 and average over all walls."""
+    scene = scene_of(kind)
+    samples = SAMPLES[kind] if samples is None else samples
+    sim = sdpd.Simulation(scene, dt=0.5 * scene.friction_time, seed=seed, threads=1)
+    sim.run(steps=WARM if blocks == BLOCKS else 20, progress=False)
+    count = len(scene.walls)
+    width = LAYERS * 1.0
+    profiles = [
+        sdpd.Profile(wall=k, bins=LAYERS, range=(0.0, width), every=4, samples_per_block=samples)
+        for k in range(count)
+    ]
+    whole = sdpd.Profile(axis="x", bins=1, every=4, samples_per_block=samples)
+    forces = sdpd.WallForces(every=4 * samples)
+    sim.run(steps=4 * samples * blocks, observe=[*profiles, whole, forces], progress=False)
+    unit = scene.fluid.temperature
+    root = math.sqrt(blocks)
+    temperature = np.mean([p.series("temperature").mean(axis=-1) for p in profiles], axis=0) / unit
+    bulk = whole.density[0]
+    density = np.mean([p.series("density") for p in profiles], axis=0) / bulk
+    velocity = np.stack([p.series("velocity") for p in profiles])
+    drift = velocity.mean(axis=1) / (velocity.std(axis=1, ddof=1) / root)
+    torque = forces.torque[:, :, 2]
+    turning = np.zeros(1)
+    if scene.walls[0].radius_of_curvature is not None:
+        turning = torque.mean(axis=0) / (torque.std(axis=0, ddof=1) / math.sqrt(len(torque)))
+    return Layers(
+        temperature.mean(axis=0),
+        temperature.std(axis=0, ddof=1) / root,
+        density.mean(axis=0),
+        density.std(axis=0, ddof=1) / root,
+        float(np.abs(drift).max()),
+        float(np.abs(turning).max()),
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    report = Report.from_arguments("wall_equilibrium", __doc__, argv)
+    kinds = ("slab",) if report.quick else tuple(SAMPLES)
+    rows = []
+    for kind in kinds:
+        found = measure(kind, 4, 5) if report.quick else measure(kind)
+        layers = [
+            shown(t, e, digits=4)
+            for t, e in zip(found.temperature, found.temperature_error, strict=True)
+        ]
+        first = shown(found.density[0], found.density_error[0], digits=4)
+        rows.append([kind, *layers, first])
+    header = ["walls", "T, layer 1", "T, layer 2", "T, layer 3", "density, layer 1"]
+    report.document(
+        grid(header, rows),
+        "Kinetic temperature over that of the bath in layers of one spacing from the wall, mean of "
+        "the components, and density of the first layer over the mean of all particles; one "
+        f"standard error. Pair splitting at $\\tau/2$, Lucy, $h/\\Delta x={SUPPORT:g}$, $X=100$, "
+        f"$\\eta^*={ETA:g}$; round walls of $R=5h$.",
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,48 @@
+"""What theory expects of a scene's viscosity."""
+
+from __future__ import annotations
+
+from sdpd.scene import Scene
+from sdpd.theory import DensityTheory, FrictionTheory, ViscosityTheory
+
+__all__ = ["friction_theory", "viscosity_theory"]
+
+
+def friction_theory(scene: Scene) -> FrictionTheory:
+    """Friction as the scene uses it: divided by the lattice factor where it is calibrated."""
+    active = scene.active_effects
+    return FrictionTheory(
+        kernel=scene.resolution.kernel,
+        dimension=scene.dimension,
+        support=scene.support_radius,
+        density=scene.fluid.density,
+        shear_viscosity=scene.fluid.shear_viscosity / scene.calibration,
+        bulk_viscosity=0.0
+        if active.central_friction
+        else active.effective_bulk_viscosity / scene.calibration,
+        central=active.central_friction,
+    )
+
+
+def viscosity_theory(scene: Scene, dt: float) -> ViscosityTheory:
+    """Mean-field viscosity of a scene at a time step of the pair splitting [time].
+
+    Raises
+    ------
+    ValueError
+        Beyond the pairing limit, where the approximation does not exist.
+    """
+    density = DensityTheory(
+        kernel=scene.resolution.kernel,
+        dimension=scene.dimension,
+        support=scene.support_radius,
+        number_density=scene.n_particles / scene.box.volume,
+        stiffness=scene.stiffness,
+        compressibility_factor=scene.pressure_number,
+    )
+    return ViscosityTheory(
+        density=density,
+        friction=friction_theory(scene),
+        thermal_energy=scene.thermal_energy,
+        time_step=dt,
+    )

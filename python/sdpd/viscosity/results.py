@@ -1,0 +1,204 @@
+"""From runs to viscosities at k = 0 with their errors, and the verdict on how they agree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sdpd.analysis import (
+    Correlation,
+    Estimate,
+    bonferroni,
+    einstein_viscosity,
+    green_kubo_viscosity,
+)
+
+if TYPE_CHECKING:
+    from sdpd.observers import StressCorrelator
+    from sdpd.scene import Scene
+    from sdpd.viscosity.plan import Plan
+
+__all__ = ["LEVEL", "Comparison", "Method", "Stress", "compare", "judge", "measure_stress"]
+
+LEVEL = 0.01  # probability that any comparison of a right simulation fails
+SHAPE_ERROR = 0.4  # of what theory says about how the excess falls with k
+SLOWNESS = 2.0  # stress still to relax over what theory says
+THINNING = 0.05  # of the excess: what the forced flow may lose by its shear rate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """One way to the viscosity.
+
+    Attributes
+    ----------
+    name : str
+    viscosity : Estimate
+        At k = 0 [pressure x time]; ``window`` is the lags or the time used.
+    accuracy : float
+        What it may be off by beyond its standard error: stress still to relax, the way to k = 0,
+        shear thinning [pressure x time].
+    wave_number : float
+        k at which it was measured [1/length].
+    measured : Estimate
+        At that k [pressure x time].
+    """
+
+    name: str
+    viscosity: Estimate
+    accuracy: float
+    wave_number: float
+    measured: Estimate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """Two methods beside each other.
+
+    Attributes
+    ----------
+    first, second : str
+        Their names.
+    difference : Estimate
+        [pressure x time].
+    accuracy : float
+        Of both, added [pressure x time].
+    unit : float
+        What a fault is relative to [pressure x time].
+    """
+
+    first: str
+    second: str
+    difference: Estimate
+    accuracy: float
+    unit: float
+
+    @property
+    def z(self) -> float:
+        """Difference in standard errors."""
+        return self.difference.z(0.0)
+
+    @property
+    def p(self) -> float:
+        """Two-sided probability of a difference beyond the accuracy, by Student's t."""
+        away = self.difference.value
+        beyond = np.sign(away) * max(0.0, abs(away) - self.accuracy)
+        return self.difference.p(away - float(beyond))
+
+    def visible(self, threshold: float) -> float:
+        """Smallest relative fault beyond `threshold` standard errors and the accuracy [1]."""
+        return (self.accuracy + threshold * self.difference.stderr) / self.unit
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stress:
+    """The shear stress at equilibrium.
+
+    Attributes
+    ----------
+    increments : Correlation
+        Of the Helfand moment, the random part's own replaced by its exact mean
+        [(energy time)^2].
+    parts : dict of Correlation
+        Increments of the kinetic, collisional, conservative, dissipative and random parts, and of
+        all together, as sampled.
+    autocorrelation : Correlation
+        Of the mean stress over the intervals [pressure^2].
+    einstein, green_kubo : Estimate
+        Viscosities [pressure x time].
+    shares : dict of Estimate
+        Viscosities by the kinetic, collisional, conservative and dissipative parts alone.
+    delta : Estimate
+        The random part, delta-correlated in time: its share of C(0) in the Green-Kubo sum.
+    """
+
+    increments: Correlation
+    parts: dict[str, Correlation]
+    autocorrelation: Correlation
+    einstein: Estimate
+    green_kubo: Estimate
+    shares: dict[str, Estimate]
+    delta: Estimate
+
+
+PARTS = ("kinetic", "collisional", "conservative", "dissipative", "random", "total")
+
+
+def measure_stress(
+    observer: StressCorrelator, scene: Scene, plan: Plan, random: Estimate
+) -> Stress:
+    """Both routes from the stress to the viscosity.
+
+    Parameters
+    ----------
+    observer : StressCorrelator
+        After the run.
+    scene : Scene
+    plan : Plan
+    random : Estimate
+        eta_R of `Arrangement`: impulses of different steps are independent, so that the mean
+        square of their moment is exactly 2 V kB T eta_R t, and its noise can be taken off.
+    """
+    volume, energy = observer.volume, scene.thermal_energy
+    parts = {name: observer.increments(part=name, n_blocks=plan.blocks) for name in PARTS}
+    whole, noise = parts["total"], parts["random"]
+    exact = 2.0 * volume * energy * random.value * whole.lag
+    quiet = replace(whole, blocks=whole.blocks - noise.blocks + exact)
+    function = observer.autocorrelation(n_blocks=plan.blocks)
+    start, stop = plan.stress_window
+    window = (start, min(stop, float(whole.lag[-1])))
+
+    def slope(curve: Correlation) -> Estimate:
+        return einstein_viscosity(curve, volume=volume, thermal_energy=energy, window=window)
+
+    names = ("kinetic", "collisional", "conservative", "dissipative")
+    return Stress(
+        increments=quiet,
+        parts=parts,
+        autocorrelation=function,
+        einstein=slope(quiet),
+        green_kubo=green_kubo_viscosity(
+            function,
+            volume=volume,
+            thermal_energy=energy,
+            cutoff=min(window[1], float(function.lag[-1])),
+        ),
+        shares={name: slope(parts[name]) for name in names},
+        delta=random,
+    )
+
+
+def compare(methods: Sequence[Method], unit: float) -> tuple[Comparison, ...]:
+    """Every method against every other one at k = 0, and those of the same k there."""
+    found = []
+    for index, first in enumerate(methods):
+        for second in methods[index + 1 :]:
+            found.append(
+                Comparison(
+                    first=first.name,
+                    second=second.name,
+                    difference=_difference(first.viscosity, second.viscosity),
+                    accuracy=first.accuracy + second.accuracy,
+                    unit=unit,
+                )
+            )
+    return tuple(found)
+
+
+def judge(comparisons: Sequence[Comparison]) -> tuple[bool, ...]:
+    """Whether each agrees, at `LEVEL` for all of them together (Bonferroni)."""
+    rejected = bonferroni([each.p for each in comparisons], level=LEVEL).rejected
+    return tuple(not bool(value) for value in rejected)
+
+
+def _difference(first: Estimate, second: Estimate) -> Estimate:
+    """Of two independent estimates, with the degrees of freedom of Welch and Satterthwaite."""
+    own = (first.stderr**2 + second.stderr**2) ** 2
+    parts = [e.stderr**4 / max(e.n_effective - 1.0, 1.0) for e in (first, second)]
+    freedom = own / sum(parts) if sum(parts) > 0.0 else np.inf
+    return Estimate(
+        first.value - second.value, float(np.hypot(first.stderr, second.stderr)), freedom + 1.0
+    )

@@ -1,0 +1,1 @@
+"""Delivered viscosity in four ways."""
