@@ -8,6 +8,8 @@ weakened by 1 - w^2 dt^2/4 with w^2 = R k^2 kB T/m.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -110,11 +112,18 @@ class DensityPrediction:
 
     def _add_step(self) -> None:
         scene = self._scene
-        kh = (np.arange(4096) + 0.5) * (64.0 / 4096)
-        h, dimension = scene.support_radius, scene.dimension
-        transform = kernel_transform(scene.resolution.kernel, dimension, kh)
-        surface = kh / (2.0 * np.pi) if dimension == 2 else kh**2 / (2.0 * np.pi**2)
-        shift = self.structure_factor(kh / h) - self._theory.structure_factor(kh / h)
-        weight = surface * shift * (64.0 / 4096) / self._theory.neighbors
-        self.variance += float(weight @ transform**2)
-        self.bias += float(weight @ transform)
+        kh, weight, transform = _waves(scene.resolution.kernel, scene.dimension)
+        k = kh / scene.support_radius
+        shift = self.structure_factor(k) - self._theory.structure_factor(k)
+        change = weight * shift / self._theory.neighbors
+        self.variance += float(change @ transform**2)
+        self.bias += float(change @ transform)
+
+
+@lru_cache(maxsize=16)
+def _waves(kernel: str, dimension: int) -> tuple[Array, Array, Array]:
+    """kh, its weight with the surface, over (2 pi)^D, and the transform of the kernel."""
+    width = 64.0 / 4096
+    kh = (np.arange(4096) + 0.5) * width
+    surface = kh / (2.0 * np.pi) if dimension == 2 else kh**2 / (2.0 * np.pi**2)
+    return kh, surface * width, kernel_transform(kernel, dimension, kh)
