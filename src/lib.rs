@@ -9,12 +9,14 @@
 //! | `simulation`, `observe`, `effect` | the engine, what it measures, what acts on it |
 //! | `wall` | walls: their geometry and the images of particles near them |
 //! | `relax` | fluid-like starts from random positions |
+//! | `fields` | kernel sums over particles at given points |
 //! | `python` | the binding, the only module that knows PyO3 |
 
 pub mod domain;
 pub mod effect;
 pub mod eos;
 pub mod error;
+pub mod fields;
 pub mod integrator;
 pub mod kernel;
 pub mod neighbor;

@@ -31,12 +31,14 @@ from sdpd.scene import Scene
 from sdpd.walls import Cylinder, Plane, Sphere
 
 if TYPE_CHECKING:
-    from sdpd import analysis, h5md, interop, simulation
+    from sdpd import analysis, fields, h5md, interop, plot, simulation
     from sdpd.checkpoint import load
     from sdpd.h5md import Trajectory
     from sdpd.observers import (
+        BinAverage,
         Correlator,
         CurrentCorrelator,
+        FieldAverage,
         Observer,
         Profile,
         Stress,
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
 __version__: str
 
 __all__ = [
+    "BinAverage",
     "Box",
     "CheckpointError",
     "Correlator",
@@ -57,6 +60,7 @@ __all__ = [
     "Cylinder",
     "DiscreteFactors",
     "Effects",
+    "FieldAverage",
     "Fluid",
     "LatticeStart",
     "Observer",
@@ -85,11 +89,13 @@ __all__ = [
     "analysis",
     "discretization",
     "eos",
+    "fields",
     "fluids",
     "h5md",
     "interop",
     "kernels",
     "load",
+    "plot",
     "simulation",
     "timestep",
     "walls",
@@ -97,10 +103,12 @@ __all__ = [
 
 # Loaded on first use, so that `import sdpd` costs NumPy and little more. Name -> module, attribute.
 _LAZY: dict[str, tuple[str, str | None]] = {
+    "BinAverage": ("sdpd.observers", "BinAverage"),
     "Correlator": ("sdpd.observers", "Correlator"),
     "Profile": ("sdpd.observers", "Profile"),
     "WallForces": ("sdpd.observers", "WallForces"),
     "CurrentCorrelator": ("sdpd.observers", "CurrentCorrelator"),
+    "FieldAverage": ("sdpd.observers", "FieldAverage"),
     "Observer": ("sdpd.observers", "Observer"),
     "Simulation": ("sdpd.simulation", "Simulation"),
     "Stress": ("sdpd.observers", "Stress"),
@@ -112,11 +120,13 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "cli": ("sdpd.cli", None),
     "correlations": ("sdpd.correlations", None),
     "diffusion": ("sdpd.diffusion", None),
+    "fields": ("sdpd.fields", None),
     "fluctuations": ("sdpd.fluctuations", None),
     "h5md": ("sdpd.h5md", None),
     "interop": ("sdpd.interop", None),
     "load": ("sdpd.checkpoint", "load"),
     "observers": ("sdpd.observers", None),
+    "plot": ("sdpd.plot", None),
     "scenes": ("sdpd.scenes", None),
     "simulation": ("sdpd.simulation", None),
     "viscosity": ("sdpd.viscosity", None),

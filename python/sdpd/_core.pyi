@@ -22,6 +22,7 @@ __all__ = [
     "eos_evaluate",
     "kernel_names",
     "kernel_profile",
+    "kernel_sums",
     "list_margin",
     "normal_velocities",
     "pair_variates",
@@ -74,6 +75,16 @@ def relax_positions(
     walls: list[tuple[str, list[float]]] = ...,
     volume: float | None = None,
 ) -> tuple[_Float, float]: ...
+def kernel_sums(
+    points: _Float,
+    positions: _Float,
+    values: _Float,
+    *,
+    edges: list[float],
+    support: float,
+    kernel: str,
+    threads: int = 1,
+) -> _Float: ...
 def curvature_weight(kernel: str, dimension: int, q: _Float) -> tuple[_Float, _Float]: ...
 def check_walls(
     edges: list[float],

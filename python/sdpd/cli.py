@@ -200,6 +200,52 @@ def _run(options: argparse.Namespace) -> int:
     return OK
 
 
+def _fields(options: argparse.Namespace) -> int:
+    from itertools import islice
+
+    from sdpd import fields, h5md
+    from sdpd.scene import Scene
+
+    frames = h5md.read(options.trajectory)
+    scene = Scene.from_toml(frames.scene)
+    if not 0 <= options.skip < len(frames):
+        raise ValueError(f"`--skip` must be >= 0 and < {len(frames)} frames, got {options.skip}")
+    stored = {"temperature": frames.velocities, "velocity": frames.velocities}
+    stored |= {"pressure": frames.pressures}
+    wanted = options.quantities or [n for n in fields.DEFAULT if stored.get(n, 0) is not None]
+    found = fields.average(
+        islice(fields.State.of_frames(frames), options.skip, None),
+        _target(options, scene),
+        quantities=wanted,
+        length=scene.support_radius if options.length is None else options.length,
+        kernel=options.kernel or scene.resolution.kernel,
+        n_blocks=options.blocks,
+        threads=options.threads or 1,
+    )
+    print(found)
+    if options.output is not None:
+        path = Path(options.output)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.suffix.lower() in (".png", ".pdf", ".svg"):
+            from sdpd import plot
+
+            plot.overview(found, path)
+        else:
+            found.write(path)
+        print(f"\nwritten: {path}")
+    return OK
+
+
+def _target(options: argparse.Namespace, scene: Scene) -> Any:
+    from sdpd import fields
+
+    if options.grid is not None:
+        return fields.Grid.over(scene.box, options.grid)
+    if options.mesh is not None:
+        return fields.Mesh(options.mesh, dimension=scene.dimension)
+    return fields.Bins.over(scene.box, options.profile, options.bins)
+
+
 def _wall_observers(scene: Scene, every: int) -> dict[str, WallForces | Profile]:
     """Forces on walls, and a profile from wall to wall: names of files and what goes there."""
     from sdpd.box import AXES
@@ -303,6 +349,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument("--integrator", help="pair_splitting or velocity_verlet")
         if name == "run":
             _run_options(command)
+    _fields_options(commands)
     text = "ready scenes for `sdpd run NAME`; with a name, its file"
     command = commands.add_parser("scenes", help=text, description=text)
     command.add_argument("name", nargs="?", metavar="NAME")
@@ -365,6 +412,30 @@ def _fluctuations_options(commands: Any) -> None:
     add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
     add("--quick", action="store_true", help="seconds, larger errors")
     add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _fields_options(commands: Any) -> None:
+    from sdpd import kernels
+
+    text = "averaged fields or profiles of a trajectory, with standard errors"
+    command = commands.add_parser("fields", help=text, description=text)
+    command.set_defaults(run=_fields)
+    add = command.add_argument
+    add("trajectory", metavar="TRAJECTORY.h5md")
+    where = command.add_mutually_exclusive_group(required=True)
+    where.add_argument("--profile", choices=("x", "y", "z"), help="bins along this axis")
+    where.add_argument(
+        "--grid", type=_numbers, metavar="N,N,N", help="centres of so many cells of the box"
+    )
+    where.add_argument("--mesh", metavar="FILE", help="the points of a mesh that meshio reads")
+    add("--bins", type=int, default=40, metavar="N", help="of a profile (default 40)")
+    add("--quantities", type=lambda text: text.split(","), metavar="NAME,NAME")
+    add("--length", type=float, help="support of the averaging kernel (default: of the scene)")
+    add("--kernel", choices=kernels.names(), help="averaging kernel (default: of the scene)")
+    add("--skip", type=int, default=0, metavar="N", help="leave out the first N frames")
+    add("--blocks", type=int, default=32, metavar="N", help="for the errors (default 32)")
+    add("--threads", type=int, help="threads (default 1)")
+    add("-o", "--output", metavar="FILE", help=".csv, .vtu, .vtk, ... or a figure: .png, .pdf")
 
 
 def _correlations_options(commands: Any) -> None:

@@ -3,6 +3,7 @@
 mod arrays;
 mod core;
 mod errors;
+mod fields;
 mod functions;
 mod observers;
 
@@ -18,6 +19,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observers::StressCorrelatorHandle>()?;
     module.add_class::<observers::StressHandle>()?;
     module.add_class::<observers::ThermodynamicsHandle>()?;
+    fields::register(module)?;
     module.add_class::<observers::WallForcesHandle>()?;
     module.add_class::<observers::ProfileHandle>()?;
     functions::register(module)

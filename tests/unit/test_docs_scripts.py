@@ -14,6 +14,7 @@ TABLES = {
     "default_kernel": "| **Wendland C2** | none |",
     "delivered_viscosity": "| $\\Delta t/\\tau$ | Lucy 3 | Wendland C2 3 |",
     "verlet_temperature": "| one mode, slope | +0.000 | -0.250 | -0.500 |",
+    "fields": "| $t$ | $U e^{-2\\nu k^2t}$ | amplitude |",
     "observers": "| `StressCorrelator(parts=True)` |",
     "bian2015": "| mean density of particles | 1.001 |",
     "noise": "| excess kurtosis of the velocity components |",
@@ -27,6 +28,7 @@ FIGURES = {
     "default_kernel",
     "delivered_viscosity",
     "discrete_factors",
+    "fields",
     "poiseuille",
     "verlet_temperature",
 }

@@ -11,7 +11,7 @@ import pytest
 import sdpd
 from sdpd import analysis
 
-from .sims import small
+from .sims import small, small_scene
 
 WAVES = [(1, 0), (0, 1), (2, 1), (-1, 2)]
 
@@ -272,6 +272,16 @@ def test_vectors_of_another_dimension_are_refused_before_anything_runs():
     with pytest.raises(ValueError, match=r"`wave_vectors` must have shape \(K, 2\), got \(1, 3\)"):
         sim.run(steps=2, observe=[thermo, sdpd.CurrentCorrelator([(1, 0, 0)])])
     assert sim.step == 0 and len(thermo) == 0
+
+
+def test_stress_is_refused_between_walls():
+    box = sdpd.Box((8.0, 8.0), periodic="x")
+    scene = small_scene(box=box, walls=sdpd.walls.slab(box, "y"))
+    sim = small(scene=scene)
+    for observer in (sdpd.Stress(), sdpd.StressCorrelator()):
+        with pytest.raises(ValueError, match="where there are walls"):
+            sim.run(steps=1, observe=observer)
+    assert sim.step == 0
 
 
 def test_lags_of_another_step_are_refused():

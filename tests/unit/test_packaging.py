@@ -10,7 +10,18 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-LAZY = ("scipy", "matplotlib", "h5py", "MDAnalysis", "ase", "pandas", "tqdm")
+LAZY = (
+    "scipy",
+    "matplotlib",
+    "h5py",
+    "MDAnalysis",
+    "ase",
+    "pandas",
+    "tqdm",
+    "pyvista",
+    "meshio",
+    "xarray",
+)
 
 
 def run(*command):

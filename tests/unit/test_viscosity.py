@@ -222,6 +222,15 @@ def test_sample_of_a_large_scene_is_a_cube_of_the_same_fluid():
     for name in ("spacing", "particle_mass", "stiffness", "friction_time", "reduced_viscosity"):
         assert getattr(sample, name) == pytest.approx(getattr(scene, name), rel=1e-9), name
     assert viscosity.sample_scene(scene, particles=512).n_particles == 512
+    walled = small_scene(
+        3,
+        box=sdpd.Box((10.0,) * 3, periodic="xy"),
+        walls=[sdpd.Plane(axis="z", at=0.0), sdpd.Plane(axis="z", at=10.0)],
+    )
+    bulk = viscosity.sample_scene(walled)
+    assert bulk.n_particles == 1000 and not bulk.walls
+    assert bulk.box.periodic_axes == "xyz"
+    assert bulk.reduced_viscosity == pytest.approx(walled.reduced_viscosity, rel=0.02)
     small = small_scene(box=sdpd.Box((10.0, 12.0)))
     assert viscosity.sample_scene(small).box == small.box
 

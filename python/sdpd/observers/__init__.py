@@ -5,6 +5,7 @@ from __future__ import annotations
 from .base import LoopObserver, Observer, check_observers
 from .correlator import Correlator
 from .currents import CurrentCorrelator
+from .fields import BinAverage, FieldAverage
 from .lagged import LaggedObserver
 from .profile import Profile
 from .stress import Stress, StressCorrelator
@@ -12,8 +13,10 @@ from .thermodynamics import Thermodynamics
 from .wall_forces import WallForces
 
 __all__ = [
+    "BinAverage",
     "Correlator",
     "CurrentCorrelator",
+    "FieldAverage",
     "LaggedObserver",
     "LoopObserver",
     "Observer",

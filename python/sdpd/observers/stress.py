@@ -73,6 +73,11 @@ class Stress(LoopObserver):
         self._dimension = 3
         self._volume = 1.0
 
+    def check(self, sim: Simulation, every: int, dt: float) -> None:
+        """Refuse another simulation, and one with walls."""
+        super().check(sim, every, dt)
+        _refuse_walls(self, sim)
+
     def _attach(self, sim: Simulation, every: int) -> Any:
         self._dimension, self._volume = sim.scene.dimension, sim.scene.box.volume
         return sim._core.attach_stress(every)
@@ -184,6 +189,11 @@ class StressCorrelator(LaggedObserver):
         self.parts = validation.boolean("parts", parts)
         self._volume = 1.0
         self._energy, self._time = 1.0, 1.0
+
+    def check(self, sim: Simulation, every: int, dt: float) -> None:
+        """Refuse another simulation, other lags, and a simulation with walls."""
+        super().check(sim, every, dt)
+        _refuse_walls(self, sim)
 
     def _attach(self, sim: Simulation, every: int) -> Any:
         handle = sim._core.attach_stress_correlator(every, self.points, self.levels, self.parts)
@@ -307,6 +317,15 @@ class StressCorrelator(LaggedObserver):
         """Elements of the tensor behind a component."""
         d = self._dimension
         return {"shear": d * (d - 1), "trace": 1}.get(component, d)
+
+
+def _refuse_walls(observer: LoopObserver, sim: Simulation) -> None:
+    """The momentum that walls take is not in the tensor of the box, so it would be a wrong one."""
+    if sim.scene.walls:
+        raise ValueError(
+            f"`observe` must hold no {type(observer).__name__} where there are walls, which exchange "
+            "momentum with the fluid; WallForces has the stress on them"
+        )
 
 
 def _part_weights(part: str) -> Array:

@@ -15,6 +15,7 @@ from .hydrodynamics import HydrodynamicTheory, isothermal_sound_speed
 from .kernel_moments import friction_integral, kernel_square_integral, kernel_transform
 from .landau_lifshitz import CellVariances, cell_variances
 from .tails import finite_size_diffusion, vacf_tail
+from .vacf_modes import vacf_modes
 from .viscosity import ViscosityTheory
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "poiseuille_velocity",
     "reduced_equation_of_state",
     "stiffness_slope",
+    "vacf_modes",
     "vacf_tail",
     "viscosities",
 ]

@@ -88,6 +88,7 @@ def _lattice_scene(scene: Scene, edge: int) -> Scene:
             start=LatticeStart(velocities="zero"),
             effects=replace(scene.effects, fluctuations=False, body_force=None),
             body_force=None,
+            walls=(),
             sound_speed=speed,
         )
 

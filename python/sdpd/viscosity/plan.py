@@ -37,7 +37,7 @@ POINTS = 64  # equally spaced lags of the correlators
 LEVELS = 3
 MOST_VECTORS = 13
 LARGEST_KH = 4.0
-FASTEST_DECAY = 1.2  # of a wave in one step
+FASTEST_DECAY = 0.6  # of a wave in one step, beyond which it is no eigenmode of the steps
 UNRELAXED = 0.05  # share of what pressure forces add that the window may miss
 WEISSENBERG = 0.1  # shear rate of the forced flow times the relaxation time of the stress
 FASTEST = 0.25  # amplitude of the forced flow at most, in thermal speeds
@@ -135,17 +135,17 @@ def sample_scene(scene: Scene, *, particles: int | None = None) -> Scene:
     scene : Scene
     particles : int, optional
         In a cube (square) of them; if None the box of the scene, or a cube of 1000 (a square of
-        1024) where that is larger.
+        1024) where that is larger or has walls.
 
     Returns
     -------
     Scene
-        From a relaxed random start, without a body force, with the sound speed of `scene`.
+        From a relaxed random start, without walls and body force, with the sound speed of `scene`.
     """
     most = MOST_PARTICLES[scene.dimension]
     number = None if particles is None else validation.integer("particles", particles, minimum=2)
     box, own = scene.box, scene.n_particles
-    if number is None and own > most:
+    if number is None and (own > most or scene.walls):
         number = max(most, math.ceil((2.0 * scene.resolution.support) ** scene.dimension * 1.001))
     if number is not None:
         edge = scene.spacing * number ** (1.0 / scene.dimension)
@@ -163,6 +163,7 @@ def sample_scene(scene: Scene, *, particles: int | None = None) -> Scene:
             start=RandomStart(),
             effects=replace(scene.effects, body_force=None),
             body_force=None,
+            walls=(),
             sound_speed=None if given else scene.sound.speed,
             velocity_scale=None,
             length_scale=None,
@@ -249,7 +250,8 @@ def _wave_vectors(scene: Scene, dt: float) -> tuple[NDArray[np.int64], NDArray[n
     if decay[0] > FASTEST_DECAY:
         raise ValueError(
             f"`dt` must be <= {dt * FASTEST_DECAY / decay[0]:.4g}, so that steps resolve the decay "
-            f"of the longest wave of the box, got {dt:.4g}; or take more `particles`"
+            f"of the longest wave of the box, got {dt:.4g}; or take a larger box or more "
+            "`particles`"
         )
     seen = int(np.searchsorted(decay, FASTEST_DECAY, side="right"))
     whole = min(seen, max(1, int(np.searchsorted(ends, MOST_VECTORS, side="right"))))
