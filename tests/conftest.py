@@ -2,6 +2,7 @@
 
 import os
 import signal
+from pathlib import Path
 
 import pytest
 
@@ -23,3 +24,22 @@ def interrupts_are_heard():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+_FAILED: dict[str, bool] = {}
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Remember, case by case, whether a long test failed."""
+    folders = Path(report.nodeid.split("::")[0]).parts
+    if folders[:2] == ("tests", "validation") and len(folders) == 4:
+        _FAILED[folders[2]] = _FAILED.get(folders[2], False) or report.failed
+
+
+def pytest_sessionfinish() -> None:
+    """Put the verdict beside the numbers."""
+    if _FAILED:
+        from tests.validation import record
+
+        for case, failed in _FAILED.items():
+            record.judge(case, not failed)

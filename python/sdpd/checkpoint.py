@@ -105,6 +105,7 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "dt": sim.dt,
         "settings": _plain(sim._settings),
         "clock": {name: state[name] for name in _CLOCK},
+        "wall_force": [float(x) for x in state["wall_force"]],
     }
     header["digest"] = _digest(header, arrays)
     return header, arrays
@@ -243,6 +244,7 @@ class _Content:
             self.machine: dict[str, Any] = dict(self.header["machine"])
             timestep.bounds(self.scene, self.integrator, **self.accuracy)
             self.state: dict[str, Any] = {name: self.header["clock"][name] for name in _CLOCK}
+            self.state["wall_force"] = [float(x) for x in self.header["wall_force"]]
         except KeyError as error:
             raise reader.fail(f"its header lacks {error} or has an unknown one") from None
         except (TypeError, ValueError) as error:

@@ -190,10 +190,10 @@ def _run(options: argparse.Namespace) -> int:
         observe=[thermo, trajectory, *at_walls.values()],
         progress=False if options.no_progress else None,
     )
+    simulation.save(folder / "final.sdpd")
     thermo.to_csv(folder / "thermodynamics.csv")
     for name, observer in at_walls.items():
         observer.to_csv(folder / name)
-    simulation.save(folder / "final.sdpd")
     print(simulation)
     names = ("trajectory.h5md", "thermodynamics.csv", *at_walls, "final.sdpd")
     print("written: " + ", ".join(str(folder / name) for name in names))

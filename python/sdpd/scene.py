@@ -165,6 +165,7 @@ class Scene(SceneQuantities):
         h = self.support_radius
         arguments = self.wall_arguments()
         _core.check_walls(list(self.box.lengths), support=h, **arguments)
+        self._check_own_images()
         force = self.body_force
         if isinstance(force, SinusoidalForce) and force.along not in self.box.periodic_axes:
             raise ValueError(
@@ -181,6 +182,23 @@ class Scene(SceneQuantities):
                 ResolutionWarning,
                 stacklevel=4,
             )
+
+    def _check_own_images(self) -> None:
+        """Fluid inside a round wall must not reach its periodic image through the wall."""
+        h = self.support_radius
+        for index, wall in enumerate(self.walls):
+            if getattr(wall, "fluid", "outside") == "outside":
+                continue
+            diameter = 2.0 * (wall.radius_of_curvature or 0.0)
+            for axis, length in zip(AXES, self.box.lengths, strict=False):
+                if axis not in self.box.periodic_axes or axis == getattr(wall, "axis", None):
+                    continue
+                if length - diameter < h * (1.0 - 1e-9):
+                    raise ValueError(
+                        f"`walls[{index}]` must leave a support, {h:.6g}, between its fluid and "
+                        f"its periodic image along {axis}, got {length - diameter:.6g}; name only the "
+                        "other axes in `periodic`"
+                    )
 
     def _check_supports(self) -> None:
         needed = 2.0 * self.support_radius

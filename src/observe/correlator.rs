@@ -25,7 +25,7 @@ pub struct Correlator {
     now: Vec<State>,
     levels: Vec<Level>,
     sums: BlockedSums,
-    begun: Option<BlockedSums>,
+    begun: BlockedSums,
 }
 
 struct Level {
@@ -68,7 +68,7 @@ impl Correlator {
             now: zeros(empty, parts)?,
             levels: all,
             sums: BlockedSums::new(lags.rows()?.checked_mul(COLUMNS)?)?,
-            begun: None,
+            begun: BlockedSums::new(lags.rows()?.checked_mul(COLUMNS)?)?,
         })
     }
 
@@ -89,13 +89,11 @@ impl Observer for Correlator {
     }
 
     fn begin(&mut self) {
-        self.begun = Some(self.sums.clone());
+        self.begun.copy_from(&self.sums);
     }
 
     fn forget(&mut self) {
-        if let Some(sums) = self.begun.take() {
-            self.sums = sums;
-        }
+        self.sums.copy_from(&self.begun);
         // The rings hold states that did not happen: start with new origins.
         for level in &mut self.levels {
             level.ring = Ring::default();

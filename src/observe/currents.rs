@@ -33,14 +33,27 @@ pub struct Currents {
     now: Vec<f64>,
     series: Series,
     sums: BlockedSums,
-    begun: Option<BlockedSums>,
+    begun: BlockedSums,
 }
 
 /// Work space of some particles: powers of exp(2 pi i x/L) by axis, and sums by wave vector.
-#[derive(Clone)]
 struct Part {
     powers: [Vec<[Lanes; 2]>; 3],
     sums: Vec<[f64; 8]>,
+}
+
+impl Part {
+    /// `None` where there is no memory for it.
+    fn new(highest: &[usize], vectors: usize) -> Option<Self> {
+        let mut powers = [Vec::new(), Vec::new(), Vec::new()];
+        for (powers, &top) in powers.iter_mut().zip(highest) {
+            *powers = zeros([[0.0; CHUNK]; 2], top.checked_add(1)?)?;
+        }
+        Some(Self {
+            powers,
+            sums: zeros([0.0; 8], vectors)?,
+        })
+    }
 }
 
 impl Currents {
@@ -60,14 +73,11 @@ impl Currents {
                 *top = (*top).max(vector[axis].unsigned_abs() as usize);
             }
         }
-        let mut powers = [Vec::new(), Vec::new(), Vec::new()];
-        for axis in 0..dimension {
-            powers[axis] = zeros([[0.0; CHUNK]; 2], highest[axis].checked_add(1)?)?;
+        let mut parts = Vec::new();
+        parts.try_reserve_exact(n.div_ceil(PART)).ok()?;
+        for _ in 0..n.div_ceil(PART) {
+            parts.push(Part::new(&highest[..dimension], vectors.len())?);
         }
-        let part = Part {
-            powers,
-            sums: vec![[0.0; 8]; vectors.len()],
-        };
         let width = lags.rows()?.checked_mul(1 + COLUMNS * vectors.len())?;
         Some(Self {
             every: every.max(1),
@@ -75,11 +85,11 @@ impl Currents {
             n,
             highest,
             lags,
-            parts: zeros(part, n.div_ceil(PART))?,
+            parts,
             now: vec![0.0; WIDTH * vectors.len()],
             series: Series::new(lags, WIDTH * vectors.len())?,
             sums: BlockedSums::new(width)?,
-            begun: None,
+            begun: BlockedSums::new(width)?,
             vectors,
         })
     }
@@ -161,13 +171,11 @@ impl Observer for Currents {
     }
 
     fn begin(&mut self) {
-        self.begun = Some(self.sums.clone());
+        self.begun.copy_from(&self.sums);
     }
 
     fn forget(&mut self) {
-        if let Some(sums) = self.begun.take() {
-            self.sums = sums;
-        }
+        self.sums.copy_from(&self.begun);
         self.series.clear();
     }
 

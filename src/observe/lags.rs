@@ -114,6 +114,12 @@ impl BlockedSums {
         })
     }
 
+    /// Becomes what another one is, without allocation; both are of the same width.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.data.copy_from_slice(&other.data);
+        (self.current, self.filled, self.length) = (other.current, other.filled, other.length);
+    }
+
     /// The table of the block under way.
     pub fn current(&mut self) -> &mut [f64] {
         let start = self.current * self.width;

@@ -28,7 +28,7 @@ pub struct StressCorrelator {
     last: Option<(u64, Moments)>,
     /// First interval's tr P/D, taken off: squares of small differences keep their digits.
     reference: Option<f64>,
-    begun: Option<BlockedSums>,
+    begun: BlockedSums,
 }
 
 impl StressCorrelator {
@@ -50,7 +50,7 @@ impl StressCorrelator {
             sums: BlockedSums::new(lags.rows()?.checked_mul(COLUMNS)?)?,
             last: None,
             reference: None,
-            begun: None,
+            begun: BlockedSums::new(lags.rows()?.checked_mul(COLUMNS)?)?,
         })
     }
 
@@ -113,13 +113,11 @@ impl Observer for StressCorrelator {
     }
 
     fn begin(&mut self) {
-        self.begun = Some(self.sums.clone());
+        self.begun.copy_from(&self.sums);
     }
 
     fn forget(&mut self) {
-        if let Some(sums) = self.begun.take() {
-            self.sums = sums;
-        }
+        self.sums.copy_from(&self.begun);
         self.series.clear();
         self.last = None;
     }

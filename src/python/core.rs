@@ -685,6 +685,7 @@ impl Core {
         state.set_item("image", bytes_of(py, &particles.image))?;
         state.set_item("grid_reference", bytes_of(py, &engine.grid.reference))?;
         state.set_item("list_reference", bytes_of(py, &engine.list.reference))?;
+        state.set_item("wall_force", engine.walls.force.concat())?;
         Ok(state)
     }
 
@@ -742,6 +743,21 @@ impl Core {
                 "`base_step` must be at most `step`, and `dt` > 0, got {clock:?} at step {step}"
             )));
         }
+        let walls = engine.walls.force.len();
+        let wall_force: Vec<f64> = match state.get_item("wall_force")? {
+            Some(values) => values.extract()?,
+            None => Vec::new(),
+        };
+        if !wall_force.is_empty() {
+            if wall_force.len() != 6 * walls {
+                return Err(PyValueError::new_err(format!(
+                    "`wall_force` must hold {} numbers, got {}",
+                    6 * walls,
+                    wall_force.len()
+                )));
+            }
+            finite("wall_force", wall_force.iter().all(|x| x.is_finite()))?;
+        }
         let particles = &mut engine.particles;
         particles.velocity = velocity;
         particles.id = id;
@@ -750,6 +766,11 @@ impl Core {
         engine.set_clock(clock, step);
         let engine_ref = &mut *engine;
         py.detach(|| engine_ref.restore(&grid, &list, &position, &force));
+        // Like the particles' forces, those on walls may be of velocities between two steps.
+        let wrenches = engine.walls.force.iter_mut();
+        for (wrench, values) in wrenches.zip(wall_force.chunks_exact(6)) {
+            wrench.copy_from_slice(values);
+        }
         self.export(py, &engine);
         Ok(())
     }

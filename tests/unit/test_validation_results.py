@@ -6,7 +6,11 @@ import pytest
 
 from tests.validation import record
 
-CASES = ("bian2015", "diffusion_water")
+CASES = sorted(path.parent.name for path in record.RESULTS.parent.glob("*/test_*.py"))
+
+
+def test_there_are_cases() -> None:
+    assert {"bian2015", "diffusion_water", "poiseuille", "viscosity"} <= set(CASES)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -18,3 +22,4 @@ def test_the_record_is_of_the_present_sources(case: str) -> None:
     assert entry["physics"] == record.physics_hash(), (
         f"the physics sources have changed since {case} was recorded: run `make validation`"
     )
+    assert entry.get("passed") is not False, f"tests of {case} failed when it was recorded"

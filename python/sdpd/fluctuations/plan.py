@@ -59,8 +59,10 @@ def check_scene(scene: Scene) -> None:
     Raises
     ------
     ValueError
-        Without noise, or with a body force.
+        Without noise, with walls, or with a body force.
     """
+    if scene.walls:
+        raise ValueError("`scene` must have no walls: the predictions are for periodic boxes")
     active = scene.active_effects
     if not active.fluctuations:
         raise ValueError(

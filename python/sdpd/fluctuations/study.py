@@ -121,8 +121,6 @@ def run_fluctuations(
     from sdpd.simulation import Simulation
 
     validation.instance("scene", scene, Scene, "an sdpd.Scene")
-    if scene.walls:
-        raise ValueError("`scene` must have no walls: the predictions are for periodic boxes")
     check_scene(scene)
     seed = validation.integer("seed", seed, minimum=0)
     chosen = plan_scene(scene, time_factor=time_factor, quick=quick) if plan is None else plan

@@ -48,7 +48,6 @@ class LaggedObserver(LoopObserver):
         self._dimension = 1
         self._began: float | None = None
         self._lags: Array = np.zeros(0)
-        self._marked: Array | None = None
 
     def check(self, sim: Simulation, every: int, dt: float) -> None:
         """Refuse another simulation, and other lags than those of the samples at hand."""
@@ -76,16 +75,9 @@ class LaggedObserver(LoopObserver):
     def _read(self) -> Array:
         return np.asarray(self._handle.blocks())
 
-    def mark(self) -> None:
-        """Remember the sums: a failing run comes back to them."""
-        self._marked = self._read()
-
     def rewind(self, step: int) -> None:
-        """End the segment with the sums at the last mark."""
-        self._handle = None
-        if self._marked is not None:
-            self._segments.append(self._marked)
-            self._marked = None
+        """End the segment; the core has taken back what the failed call added."""
+        self.detach()
 
     def _blocks(self) -> Array:
         """All blocks of all segments, (B, lags, columns)."""

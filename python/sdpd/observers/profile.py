@@ -138,7 +138,7 @@ class Profile(LoopObserver):
     def _sums(self) -> Array:
         """(blocks, bins, 3 + 2 D)."""
         rows = self._rows()
-        return rows[:, 2:].reshape(len(rows), self.bins, -1)
+        return rows[:, 2:].reshape(len(rows), self.bins, 3 + 2 * self._dimension)
 
     @property
     def blocks(self) -> int:

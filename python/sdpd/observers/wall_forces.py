@@ -79,7 +79,7 @@ class WallForces(LoopObserver):
 
     def _table(self) -> Array:
         tables = self._tables()
-        return np.concatenate(tables) if tables else np.zeros((0, 2))
+        return np.concatenate(tables) if tables else np.zeros((0, 2 + 6 * len(self._areas)))
 
     @property
     def step(self) -> NDArray[np.int64]:
@@ -93,7 +93,7 @@ class WallForces(LoopObserver):
 
     def _wrenches(self) -> Array:
         table = self._table()
-        return table[:, 2:].reshape(len(table), -1, 6)
+        return table[:, 2:].reshape(len(table), len(self._areas), 6)
 
     @property
     def force(self) -> Array:
