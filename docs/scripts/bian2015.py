@@ -22,11 +22,14 @@ from bian2015_runs import (
     rpa_correlation,
     rpa_pressure,
     scene_of,
+    stress_of,
+    viscosity_within,
     waves_of,
 )
 from report import Report, grid, shown, subplots
 
 from sdpd.analysis import (
+    Correlation,
     Estimate,
     combine,
     fit_spherical_model,
@@ -97,6 +100,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         )
         for speed, eta in ((1200.0, ETA), (600.0, ETA), (300.0, ETA), (300.0, 0.25 * ETA))
     }
+    stress = stress_of(1200.0, runs=size.runs, seed=9, box=size.box, quick=report.quick)
     spaces = [Space(found) for found in resolutions]
     report.document(
         _statistics_table(middle, spaces[0]),
@@ -115,6 +119,11 @@ def main(argv: Sequence[str] | None = None) -> None:
         "theory and from B 21b, with its $\\Gamma_T=\\frac23\\nu$ and with the right "
         "$\\frac34\\nu$; in brackets one standard error there.",
         _pooled(studies),
+        _stress_table(studies[1200.0, ETA], stress),
+        "Shear viscosity by Einstein and Helfand at $c_T=1200$, from the increments of the stress "
+        "between half of a time and all of it, whole and of the forces between particles alone, at "
+        "the decay times of the waves and at the longest lag; beside it what the waves have over "
+        "the friction.",
         _scales_table(),
         "Table I of the paper, $r_cc_T/\\nu$, and what decides instead: $\\Gamma_Tk/c_T$ at "
         "$n_w=1,2,4$ (above 1 a wave is overdamped).",
@@ -326,6 +335,43 @@ def _beside(found: Estimate, *expected: float) -> str:
 
 def _distance(value: float, error: float) -> str:
     return f"{value:.3f} ({error:.3f})"
+
+
+def _stress_table(study: Study, stress: dict[str, Correlation]) -> str:
+    times = {
+        f"$n_w={number}$": (1.0 / shell.prediction.shear_rate, shell)
+        for number, shell in zip(study.waves, study.shells, strict=True)
+    }
+    longest = float(stress["total"].lag[-1])
+    rows = []
+    for name, time in [*((n, t) for n, (t, _) in reversed(times.items())), ("", longest)]:
+        total, forces = (
+            viscosity_within(stress[part], study.scene, time) for part in ("total", "conservative")
+        )
+        excess = ""
+        if name:
+            shell = times[name][1]
+            share = shell.fit.viscosity.scaled(1.0 / shell.prediction.viscosity)
+            excess = _estimate(replace(share, value=share.value - 1.0), 3)
+        rows.append(
+            [
+                name,
+                f"{time:.2g}",
+                _estimate(total, 2),
+                _estimate(forces, 2),
+                _estimate(forces, 3, 1.0 / ETA),
+                excess,
+            ]
+        )
+    header = [
+        "",
+        "time",
+        "whole",
+        "forces",
+        "forces over $\\eta$",
+        "$\\nu(k)$ over friction, less 1",
+    ]
+    return grid(header, rows)
 
 
 def _scales_table() -> str:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import sdpd
-from sdpd.analysis import Estimate, ensemble
+from sdpd.analysis import Correlation, Estimate, ensemble
 from sdpd.correlations import Study, plan_scene, run_correlations
 from sdpd.fluctuations import DensityPrediction
 from sdpd.theory import DensityTheory
@@ -220,6 +220,38 @@ def waves_of(
     scene = scene_of(sound_speed, eta=eta, box=box)
     plan = plan_scene(scene, waves=waves, runs=runs, quick=quick)
     return run_correlations(scene, waves=waves, seed=seed, plan=plan, threads=1, progress=False)
+
+
+def stress_of(
+    sound_speed: float,
+    *,
+    runs: int,
+    seed: int,
+    box: float = BOX,
+    quick: bool = False,
+) -> dict[str, Correlation]:
+    """Squared increments of the shear stress in time, whole and of the conservative part."""
+    scene = scene_of(sound_speed, box=box)
+    plan = plan_scene(scene, runs=runs, quick=quick)
+    members: dict[str, list[Correlation]] = {"total": [], "conservative": []}
+    for run in range(runs):
+        sim = sdpd.Simulation(
+            scene, integrator="pair_splitting", dt=plan.dt, seed=1000 * seed + run, threads=1
+        )
+        sim.run(plan.equilibration, progress=False)
+        stress = sdpd.StressCorrelator(every=2, points=16, levels=8, parts=True)
+        sim.run(plan.run_steps, observe=stress, progress=False)
+        for part, found in members.items():
+            found.append(stress.increments("shear", part=part, n_blocks=2))
+    return {part: Correlation.merge(found) for part, found in members.items()}
+
+
+def viscosity_within(increments: Correlation, scene: sdpd.Scene, time: float) -> Estimate:
+    """Helfand viscosity from the increments between half of a time and all of it."""
+    first, last = (int(np.argmin(np.abs(increments.lag - t))) for t in (0.5 * time, time))
+    unit = 2.0 * scene.box.volume * scene.thermal_energy
+    span = float(increments.lag[last] - increments.lag[first])
+    return increments.derive(lambda mean: float(mean[last] - mean[first]) / span / unit)
 
 
 def published(study: Study, index: int, name: str, time: np.ndarray, damping: float) -> np.ndarray:

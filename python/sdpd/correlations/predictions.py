@@ -33,9 +33,9 @@ Array = NDArray[np.float64]
 # Accuracies, measured (docs/guide/correlations): of the continuum for the friction among the
 # particles, by the lattice's factor of the friction rate and the excess of the mean density; of
 # that friction for the viscosities, to which moving particles and the forces between them add up to
-# 2/eta*; of S(k) for the sound speed, which they raise.
+# 0.1 c dx/nu; of S(k) for the sound speed, which they raise.
 FRICTION = (0.02, 0.2, 2.0)
-VISCOSITY = (0.03, 2.0)
+VISCOSITY = (0.03, 0.1)
 SOUND = (0.02, 0.2)
 SPLITTING = 0.3  # of the loss of the pair splitting
 
@@ -240,7 +240,8 @@ def predict(scene: Scene, wave_number: float, dt: float) -> WavePrediction:
     square = wave_number**2
     frequency = wave_number * scene.thermal_speed / math.sqrt(plain)
     moved = 2.0 / dt * math.asin(min(1.0, 0.5 * frequency * dt)) if dt > 0.0 else frequency
-    reduced, excess = scene.reduced_viscosity, abs(density.bias)
+    excess = abs(density.bias)
+    sonic = scene.sound.speed * scene.spacing / scene.fluid.kinematic_viscosity
     return WavePrediction(
         wave_number=wave_number,
         structure_factor=structure,
@@ -255,6 +256,8 @@ def predict(scene: Scene, wave_number: float, dt: float) -> WavePrediction:
         friction_accuracy=FRICTION[0]
         + FRICTION[1] * abs(1.0 - scene.factors.friction)
         + FRICTION[2] * excess,
-        viscosity_accuracy=VISCOSITY[0] + VISCOSITY[1] / reduced + SPLITTING * loss,
-        sound_accuracy=SOUND[0] + SOUND[1] / reduced + 0.5 * density.accuracy("structure"),
+        viscosity_accuracy=VISCOSITY[0] + VISCOSITY[1] * sonic + SPLITTING * loss,
+        sound_accuracy=SOUND[0]
+        + SOUND[1] / scene.reduced_viscosity
+        + 0.5 * density.accuracy("structure"),
     )

@@ -124,6 +124,6 @@ class DensityPrediction:
 def _waves(kernel: str, dimension: int) -> tuple[Array, Array, Array]:
     """kh, its weight with the surface, over (2 pi)^D, and the transform of the kernel."""
     width = 64.0 / 4096
-    kh = (np.arange(4096) + 0.5) * width
+    kh = np.asarray((np.arange(4096) + 0.5) * width, dtype=np.float64)
     surface = kh / (2.0 * np.pi) if dimension == 2 else kh**2 / (2.0 * np.pi**2)
-    return kh, surface * width, kernel_transform(kernel, dimension, kh)
+    return kh, np.asarray(surface * width), kernel_transform(kernel, dimension, kh)
