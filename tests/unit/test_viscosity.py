@@ -41,7 +41,7 @@ def small_scene(dimension=2, edge=10, eta=5.0, **changes):
 @pytest.fixture(scope="module")
 def quick_study():
     return run_viscosity(
-        small_scene(), seed=3, quick=True, time_factor=0.3, progress=False, threads=1
+        small_scene(), seed=3, quick=True, time_factor=0.15, progress=False, threads=1
     )
 
 

@@ -35,7 +35,7 @@ Complex = NDArray[np.complex128]
 
 LARGEST_KH = 32.0  # of the wave vectors summed; S is 1 beyond
 POINTS = 640
-TABLE = 8  # points of the tables of S and lambda for each of those
+TABLE = 3  # points of the tables of S and lambda for each of those
 ANGLES = 48
 
 
@@ -107,9 +107,10 @@ class ViscosityTheory:
     def configurational(self, wave_number: float = 0.0) -> float:
         """Viscosity by the pressure forces at a wave number [1/length] [pressure x time]."""
         k = validation.non_negative("wave_number", wave_number)
-        if k == 0.0:
-            return float(self._weight @ self._overlap(self._decay, self._decay))
-        return self._at(k)
+        if k not in self._known:
+            straight = self._weight @ self._overlap(self._decay, self._decay)
+            self._known[k] = float(straight) if k == 0.0 else self._at(k)
+        return self._known[k]
 
     @property
     def stress_time(self) -> float:
@@ -146,6 +147,11 @@ class ViscosityTheory:
         return math.exp(root)
 
     # --- density modes ----------------------------------------------------------------------
+
+    @cached_property
+    def _known(self) -> dict[float, float]:
+        """What `configurational` has found so far, by wave number."""
+        return {}
 
     @cached_property
     def _grid(self) -> tuple[Array, float]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from sdpd.scene import Scene
 from sdpd.theory import DensityTheory, FrictionTheory, ViscosityTheory
 
@@ -40,9 +42,12 @@ def viscosity_theory(scene: Scene, dt: float) -> ViscosityTheory:
         stiffness=scene.stiffness,
         compressibility_factor=scene.pressure_number,
     )
-    return ViscosityTheory(
-        density=density,
-        friction=friction_theory(scene),
-        thermal_energy=scene.thermal_energy,
-        time_step=dt,
-    )
+    return _theory(density, friction_theory(scene), scene.thermal_energy, dt)
+
+
+@lru_cache(maxsize=8)
+def _theory(
+    density: DensityTheory, friction: FrictionTheory, energy: float, dt: float
+) -> ViscosityTheory:
+    """The same object for the same fluid: its tables take a while."""
+    return ViscosityTheory(density=density, friction=friction, thermal_energy=energy, time_step=dt)
