@@ -196,8 +196,8 @@ class Scene(SceneQuantities):
                 if length - diameter < h * (1.0 - 1e-9):
                     raise ValueError(
                         f"`walls[{index}]` must leave a support, {h:.6g}, between its fluid and "
-                        f"its periodic image along {axis}, got {length - diameter:.6g}; name only the "
-                        "other axes in `periodic`"
+                        f"its periodic image along {axis}, got {length - diameter:.6g}; name only "
+                        "the other axes in `periodic`"
                     )
 
     def _check_supports(self) -> None:
