@@ -38,7 +38,7 @@ def scene(dimension: int, edge: float) -> sdpd.Scene:
 def test_a_million_samples() -> None:
     sim = sdpd.Simulation(scene(2, 6.0), integrator="pair_splitting", seed=1, threads=1, dt=0.04)
     sim.run(steps=500, progress=False)
-    correlator = sdpd.Correlator(levels=LEVELS)
+    correlator = sdpd.Correlator(points=16, levels=LEVELS - 1)
     stress, currents = sdpd.StressCorrelator(), sdpd.CurrentCorrelator([(1, 0), (0, 1)])
     observers = [correlator, stress, currents]
     sim.run(steps=2000, observe=observers, progress=False)
@@ -53,10 +53,13 @@ def test_a_million_samples() -> None:
     start = vacf.at(0)
     exact = 1.0 - 1.0 / sim.n_particles  # the total momentum is zero
     assert start.stderr < 0.002 and abs(start.z(exact)) < 4.0, start
-    einstein = analysis.einstein_diffusion(msd, window=(100.0, 400.0))
-    integral = analysis.green_kubo_diffusion(vacf, cutoff=100.0)
-    assert einstein.relative < 0.02 and integral.relative < 0.04
-    assert abs(einstein.z(integral)) < 4.0, (einstein, integral)
+    # The slope of the MSD at some time is the integral of the VACF up to it. Velocities are sampled
+    # half a kick from those that drift, which is some 2 % of the diffusion at this step.
+    einstein = analysis.einstein_diffusion(msd, window=(4.5, 5.5))
+    integral = analysis.green_kubo_diffusion(vacf, cutoff=5.0)
+    assert einstein.relative < 0.01 and integral.relative < 0.01
+    apart = abs(einstein.value - integral.value)
+    assert apart < 4.0 * integral.stderr + 0.03 * einstein.value, (einstein, integral)
     record.store(
         "long_correlator",
         {
