@@ -24,7 +24,8 @@ from tests.validation import record
 
 ETA, STIFFNESS, SUPPORT = 1.0, 10.0, 2.2
 # edge of the box, time sampled, lags compared
-LARGE, SMALL = (32, 280.0, (1.5, 7.0)), (12, 1000.0, (1.5, 6.0))
+# The friction of the particle itself, exp(-t/tau), is over at some 10 tau = 2.6.
+LARGE, SMALL = (32, 560.0, (2.8, 7.5)), (12, 1500.0, (2.8, 8.0))
 
 
 def scene_of(edge: int) -> sdpd.Scene:
@@ -72,12 +73,11 @@ def delivered() -> Estimate:
 
 @cache
 def run(edge: int, time: float) -> tuple[Correlation, Estimate]:
-    sim = sdpd.Simulation(scene_of(edge), seed=edge, threads=1)
+    sim = sdpd.Simulation(scene_of(edge), seed=edge)
     sim.run(steps=250, progress=False)
-    every = 2
-    observer = sdpd.Correlator(every=every, points=72, levels=1)
+    observer = sdpd.Correlator(every=3, points=36, levels=1)
     sim.run(steps=math.ceil(time / sim.dt), observe=observer, progress=False)
-    diffusion = einstein_diffusion(observer.correlation("msd"), window=(3.0, 8.0))
+    diffusion = einstein_diffusion(observer.correlation("msd"), window=(3.0, 9.0))
     return observer.correlation("vacf"), diffusion
 
 
@@ -154,7 +154,7 @@ def power(t: np.ndarray, values: np.ndarray) -> float:
 
 def test_power_law() -> None:
     tail = tail_of(*LARGE)
-    assert tail.exponent.stderr < 0.12
+    assert tail.exponent.stderr < 0.15
     assert abs(tail.exponent.z(1.5)) < 3.5
     assert abs(tail.exponent.z(tail.modes_exponent)) < 3.5
     # What friction alone would leave has long died out.
