@@ -399,7 +399,8 @@ def test_a_refused_state_changes_nothing(integrator: str) -> None:
     before = snapshot(sim)
     good = sim.state()
     other = core(problem(2, cells=(8, 8)), integrator).state()
-    for bad in ({}, dict(list(good.items())[:-1]), other, good | {"position": 3}):
+    lacking = {name: value for name, value in good.items() if name != "list_reference"}
+    for bad in ({}, lacking, other, good | {"position": 3}, good | {"wall_force": [1.0]}):
         with pytest.raises((ValueError, TypeError, KeyError)):
             sim.set_state(bad)
         assert_same_bits(before, snapshot(sim))

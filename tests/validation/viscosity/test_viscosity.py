@@ -21,7 +21,7 @@ from tests.validation import record
 
 EDGE = {2: 16, 3: 8}
 # Lags must outlast the relaxation of the stress, whose time goes with the friction.
-TIME_FACTOR = {2.0: 0.35, 5.0: 0.35, 20.0: 0.5, 80.0: 1.0}
+TIME_FACTOR = {2.0: 0.35, 5.0: 0.35, 20.0: 0.5, 80.0: 2.0}
 SHARE = {2: 0.4, 3: 1.0}  # of it
 CASES = [
     (dimension, kernel, eta)
@@ -109,7 +109,8 @@ def test_thin_fluids_are_thicker_than_asked() -> None:
         if eta <= 5.0:  # of first order in the fluctuations, so mostly too low
             measured = study.viscosity.value - study.friction
             expected = study.theory.configurational() + study.theory.kinetic
-            assert 0.6 < measured / expected < 2.2
+            noise = 4.0 * study.viscosity.stderr
+            assert 0.6 * expected - noise < measured < 2.2 * expected + noise
 
 
 def test_the_record_is_written() -> None:
