@@ -73,7 +73,7 @@ def prices(edge: int, integrator: str, *, quick: bool) -> tuple[float, dict[str,
 
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("observers", __doc__, argv)
-    edges = (8,) if report.quick else (15, 32)
+    edges = (8,) if report.quick else (15,)
     columns, cells = [], {name: [] for name in ("none", *OBSERVERS)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sdpd.SdpdWarning)
