@@ -61,6 +61,8 @@ class Plan:
         n of k = 2 pi n/L, whole shells.
     current_every, stress_every, arrangement_every, forced_every : int
         Steps between samples, >= 1.
+    current_levels : int
+        Levels of `POINTS` lags behind the currents, each twice as coarse as the one before, >= 1.
     current_lag : float
         Last lag of the integral of the transverse currents [time].
     stress_window : tuple of float
@@ -76,6 +78,7 @@ class Plan:
     blocks: int = BLOCKS
     wave_vectors: NDArray[np.int64]
     current_every: int
+    current_levels: int
     stress_every: int
     arrangement_every: int
     forced_every: int
@@ -91,6 +94,7 @@ class Plan:
             validation.integer(name, getattr(self, name), minimum=8 * self.blocks)
         for kind in ("current", "stress", "arrangement", "forced"):
             validation.integer(f"{kind}_every", getattr(self, f"{kind}_every"), minimum=1)
+        validation.integer("current_levels", self.current_levels, minimum=1)
         validation.positive("current_lag", self.current_lag)
         first, last = self.stress_window
         if not 0.0 <= first < last:
@@ -211,11 +215,10 @@ def plan_scene(
     slowest, fastest = friction_theory(scene).plane_wave_rates(lengths)[0][[0, -1]]
     last = min(2.0 * relaxed, steps * step / (1.5 * BLOCKS))
     current = min(max(5.0 / slowest, relaxed), steps * step / (1.5 * BLOCKS))
-    current_every = max(
-        1,
-        int(0.2 / (fastest * step)),
-        math.ceil(current / step / ((POINTS - 1) * 2 ** (LEVELS - 1))),
-    )
+    # The samples must resolve the fastest decay however far the lags reach: half of an unresolved
+    # correlation function is its value at lag 0, and the noise of the rest is so much larger.
+    current_every = max(1, int(0.2 / (fastest * step)))
+    reach = current / (current_every * step * (POINTS - 1))
     return Plan(
         dt=step,
         equilibration=max(200, min(int(3.0 * relaxed / step), steps // 4)),
@@ -223,6 +226,7 @@ def plan_scene(
         forced_steps=forced,
         wave_vectors=vectors,
         current_every=current_every,
+        current_levels=1 + max(0, math.ceil(math.log2(reach))),
         stress_every=max(1, round(last / ((POINTS - 2) * step))),
         arrangement_every=max(1, steps // SAMPLES),
         forced_every=max(1, int(0.3 / (slowest * step))),

@@ -252,7 +252,10 @@ def _equilibrium(
     if plan.equilibration:
         sim.run(steps=plan.equilibration, progress=progress)
     currents = CurrentCorrelator(
-        plan.wave_vectors, every=plan.current_every, points=POINTS, levels=LEVELS
+        plan.wave_vectors,
+        every=plan.current_every,
+        points=POINTS,
+        levels=plan.current_levels,
     )
     stress = StressCorrelator(every=plan.stress_every, points=POINTS, levels=LEVELS, parts=True)
     arrangement = Arrangement(
