@@ -254,7 +254,7 @@ def _equilibrium(
     currents = CurrentCorrelator(
         plan.wave_vectors,
         every=plan.current_every,
-        points=POINTS,
+        points=plan.current_points,
         levels=plan.current_levels,
     )
     stress = StressCorrelator(every=plan.stress_every, points=POINTS, levels=LEVELS, parts=True)

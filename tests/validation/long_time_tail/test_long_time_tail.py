@@ -25,7 +25,7 @@ from tests.validation import record
 ETA, STIFFNESS, SUPPORT = 1.0, 10.0, 2.2
 # edge of the box, time sampled, lags compared
 # The friction of the particle itself, exp(-t/tau), is over at some 10 tau = 2.6.
-LARGE, SMALL = (32, 560.0, (2.8, 7.5)), (12, 1500.0, (2.8, 8.0))
+LARGE, SMALL = (32, 560.0, (2.8, 7.5)), (12, 5000.0, (2.8, 8.0))
 
 
 def scene_of(edge: int) -> sdpd.Scene:
