@@ -175,12 +175,20 @@ def test_amplitude(box: tuple[int, float, tuple[float, float]]) -> None:
 
 def test_box_cuts_the_tail() -> None:
     """Beyond L^2/(4 pi^2 (nu + D)) the small box has lost what the infinite fluid keeps."""
+    share = share_of_free(tail_of(*SMALL))
+    assert share.stderr < 0.08
+    assert share.z(1.0) < -3.0
     tail = tail_of(*SMALL)
-    vacf = tail.vacf
-    last = int(np.searchsorted(vacf.lag, tail.window[1])) - 1
-    lost = Estimate(float(vacf.mean[last]), float(vacf.stderr[last]), vacf.n_blocks)
-    assert lost.z(float(tail.free[-1])) < -4.0
-    assert abs(lost.z(float(tail.modes[-1]))) < 4.0
+    expected = float(tail.modes @ tail.free / (tail.free @ tail.free))
+    assert expected < 0.85
+    assert abs(share.z(expected)) < 3.5
+
+
+def share_of_free(tail: Tail) -> Estimate:
+    """Of the tail in an infinite fluid, by least squares over the window."""
+    inside = (tail.vacf.lag >= tail.window[0]) & (tail.vacf.lag <= tail.window[1])
+    form = tail.free / (tail.free @ tail.free)
+    return tail.vacf.derive(lambda mean: float(mean[inside] @ form), window=tail.window)
 
 
 def test_the_record_is_written() -> None:
