@@ -19,18 +19,18 @@ FOUND: dict[str, Any] = {}
 def test_the_ensemble_mean_is_the_closed_form(kind: str) -> None:
     moments = module.measure(kind, module.RUNS)
     freedom = module.RUNS - 1
+    # Student's t for a fault in 200 bins of both flows; t^2 has the mean f/(f - 2)
+    limit = stats.t.isf(0.5e-3 / 200.0, freedom)
+    mean = module.BINS * freedom / (freedom - 2.0)
     for moment in moments:
         assert moment.error.max() < 0.02 * module.TOP, "too few runs to see a fault"
-        # a fault in 200 bins of both flows, by Student's t
-        limit = stats.t.isf(0.5e-3 / 200.0, freedom)
-        assert np.abs(moment.deviation).max() < limit
-        # t^2 has the mean f/(f - 2); 5 standard deviations of the sum
-        mean = module.BINS * freedom / (freedom - 2.0)
-        assert np.sum(moment.deviation**2) < mean + 5.0 * np.sqrt(2.0 * mean)
+        assert np.abs(moment.from_quiet).max() < limit
         assert np.sum(moment.from_quiet**2) < mean + 5.0 * np.sqrt(2.0 * mean)
         ratio, error = moment.mean_flow
-        assert error < 0.03
-        assert abs(ratio - 1.0) < 4.5 * error
+        assert error < 0.015
+        # the step of the splitting and 20 layers take 0.8 % of the viscosity, with or without noise
+        assert abs(ratio - 1.0) < 0.01 + 4.0 * error
+        assert np.abs(moment.deviation).max() < limit
     FOUND[kind] = {
         f"{moment.time:g} s": {
             "chi_square": float(np.sum(moment.deviation**2)),
