@@ -94,7 +94,7 @@ def _lobatto(order: int) -> Array:
 
 
 class _Mesh:
-    """Elements between the circle r = R (s = 0) and the square (s = 1), R and L in units of L.
+    """Elements between the circle r = R (s = 0) and the square (s = 1), lengths in units of L.
 
     x(s, theta) is linear in s. In each quarter of the turn the map is analytic, so elements that
     end at the corners of the square converge exponentially with their order.
@@ -108,6 +108,7 @@ class _Mesh:
 
     def place(self, s: Array, theta: Array) -> tuple[Array, Array, Array]:
         """Positions and their derivatives by s and theta, (..., 2) each."""
+        # the quarter; at its ends either neighbour gives the same place
         turn = np.rint(theta / (0.5 * np.pi)) * (0.5 * np.pi)
         phi = theta - turn
         circle = self.radius * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
@@ -138,7 +139,7 @@ class _Mesh:
         nodes = self.nodes[order]
         ds, dtheta = (grid.ravel() for grid in np.meshgrid(nodes, nodes, indexing="ij"))
         x, _, _ = self.place(*self.coordinates(ds, dtheta))
-        # periodic copies are one unknown; half the tolerance keeps -0.5 and 0.5 together
+        # periodic copies are one unknown: -0.5 becomes 0.5, whatever rounding made of it
         folded = np.rint((x - np.floor(x + 0.5 - 1e-9)) * 1e8).astype(np.int64)
         unique, index = np.unique(folded.reshape(-1, 2), axis=0, return_inverse=True)
         on_circle = np.hypot(*(1e-8 * unique.T)) < self.radius + 1e-6
@@ -167,7 +168,7 @@ def _tensor(mesh: _Mesh, order: int, ds: Array, dtheta: Array) -> tuple[Array, A
 
 
 class _Solver:
-    """Navier-Stokes in units of L, nu and f: viscosity 1, acceleration G = f L^3/nu^2 along x."""
+    """Navier-Stokes in units of L and nu: the acceleration along x is G = f L^3/nu^2."""
 
     def __init__(self, mesh: _Mesh) -> None:
         self.mesh = mesh
@@ -250,7 +251,7 @@ class _Solver:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CylinderArrayFlow:
     """Steady flow through a square array of cylinders; see `cylinder_array_flow`.
 
@@ -343,7 +344,6 @@ class CylinderArrayFlow:
         first = np.arange(mesh.turns)
         points = mesh.gauss
         step = 2.0 * np.pi / mesh.turns
-        total = 0.0
         nodal = self._state[: 2 * solver.n].reshape(2, -1)[:, solver.index[first]]
         held = self._state[2 * solver.n :][solver.pressure_index[first]]
         zero = np.zeros_like(points)
