@@ -28,12 +28,16 @@ SUPPORT = 3.0
 
 @dataclass(frozen=True)
 class Profile:
-    """Velocities of particles at a coordinate, the closed form there, and the scale of errors."""
+    """Velocities of particles at a coordinate, the closed form there, and the scale of errors.
+
+    `layer` tells apart particles of different curves.
+    """
 
     place: np.ndarray
     velocity: np.ndarray
     expected: np.ndarray
     largest: float
+    layer: np.ndarray | int = 0
 
     @property
     def rms(self) -> float:
@@ -100,7 +104,7 @@ def duct(across: int) -> Result:
     drive = scene.particle_mass * sim.n_particles * ACCELERATION
     return Result(
         sim.n_particles,
-        Profile(z, v, exact, centre),
+        Profile(z, v, exact, centre, np.floor(y / spacing).astype(int)),
         delivered_viscosity(sim, _inner(sim)),
         {
             "mean velocity": float(v.mean()) / mean,
@@ -337,14 +341,19 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 def _plot(report: Report, flows: dict[str, Result], plate: Oscillation) -> None:
     figure, axes = subplots(4, width=10.0, height=2.8)
-    labels = {"square duct": "z (mm), each layer in y", "round pipe": "r (mm)"}
+    labels = {"square duct": "z (mm), by layer in y", "round pipe": "r (mm)"}
     circles = [name for name in flows if name.endswith("across")][-1]
     for ax, name in zip(axes, ("square duct", "round pipe", circles), strict=False):
         profile = flows[name].profile
-        chosen = slice(None, None, max(1, len(profile.place) // 1500))
-        place = 1e3 * profile.place[chosen]
-        ax.plot(place, 1e6 * profile.velocity[chosen], ".", color="#4269d0", markersize=3)
-        ax.plot(place, 1e6 * profile.expected[chosen], ".", color="#ff725c", markersize=1)
+        layers = np.broadcast_to(profile.layer, profile.place.shape)
+        for layer in np.unique(layers)[: (len(np.unique(layers)) + 1) // 2]:
+            order = np.flatnonzero(layers == layer)
+            order = order[np.argsort(profile.place[order])]
+            place = 1e3 * profile.place[order]
+            few = slice(None, None, max(1, len(order) // 500))
+            dots = 1e6 * profile.velocity[order][few]
+            ax.plot(place[few], dots, ".", color="#4269d0", markersize=3)
+            ax.plot(place, 1e6 * profile.expected[order], color="#ff725c", linewidth=0.9)
         ax.set(title=name, xlabel=labels.get(name, "r (mm)"))
     for phase, profile in list(plate.profiles.items())[::2]:
         order = np.argsort(profile.place)
@@ -354,9 +363,9 @@ def _plot(report: Report, flows: dict[str, Result], plate: Oscillation) -> None:
         axes[3].annotate(f"{phase:g}", (0.0, 1e6 * profile.expected[order][0]), fontsize=6)
     axes[3].set(title="oscillating plate", xlabel="z (mm)")
     axes[0].set_ylabel("velocity (μm/s)")
-    axes[0].plot([], [], ".", color="#4269d0", label="particles")
-    axes[0].plot([], [], color="#ff725c", label="closed form")
-    axes[0].legend()
+    axes[2].plot([], [], ".", color="#4269d0", label="particles")
+    axes[2].plot([], [], color="#ff725c", label="closed form")
+    axes[2].legend()
     report.figure(figure)
 
 
