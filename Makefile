@@ -26,7 +26,7 @@ unexport PYTHONHOME
         validation bench docs format clean distclean
 
 help:
-	@echo 'make run         build, then the main job: self-diffusion of water against particle size'
+	@echo 'make run         build, a flow between plates, then the main job: self-diffusion of water'
 	@echo 'make test        formatting, lints, types, stubs, Rust and Python tests, notebooks'
 	@echo 'make validation  the long physics tests, which rewrite tests/validation/results.json'
 	@echo 'make bench       speed of kernels and steps'
@@ -72,6 +72,7 @@ build: $(STAMP)-build
 # -------------------------------------------------------------------------------- the main job
 
 run: $(STAMP)-build $(STAMP)-plot
+	$(BIN)/sdpd channel poiseuille --quick -o $(OUT)/channel
 	$(BIN)/sdpd diffusion -o $(OUT)/diffusion
 
 # --------------------------------------------------------------------------------------- tests

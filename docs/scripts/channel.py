@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from report import Report, grid, subplots
+from scipy.spatial import cKDTree
 
 import sdpd
 from sdpd.theory import couette_velocity, poiseuille_velocity
@@ -80,6 +81,30 @@ def flow(
         rms, largest = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
         found.append(Moment(sim.time, z, v, rms, largest, float(bulk)))
     return found
+
+
+def delivered_viscosity(sim: sdpd.Simulation, inner: np.ndarray) -> float:
+    """Viscosity of the friction between particles, over that of the fluid, where `inner` is true.
+
+    eta = n/2 <sum_j F_ij r_ij^2/(d_i d_j)> (a/D + b/(D (D + 2))): what this arrangement answers to
+    an affine shear, averaged over directions. Give it particles a support away from walls.
+    """
+    scene, h, d = sim.scene, sim.scene.support_radius, sim.scene.dimension
+    positions = np.array(sim.positions)
+    edges = [
+        edge if axis in scene.box.periodic_axes else 2.0 * edge
+        for axis, edge in zip("xyz", scene.box.lengths, strict=False)
+    ]
+    pairs = cKDTree(positions, boxsize=edges).query_pairs(h, output_type="ndarray")
+    r = positions[pairs[:, 0]] - positions[pairs[:, 1]]
+    r -= np.rint(r / edges) * edges
+    square = (r**2).sum(axis=1)
+    _, slope = sdpd.kernels.evaluate(scene.resolution.kernel, d, np.sqrt(square), h)
+    term = slope * square / np.array(sim.number_densities)[pairs].prod(axis=1)
+    total = np.bincount(pairs.ravel(), np.repeat(term, 2), sim.n_particles)[inner].mean()
+    share = scene.friction_across / d + scene.friction_along / (d * (d + 2.0))
+    density = scene.nominal_density / scene.particle_mass
+    return float(0.5 * density * total * share / scene.fluid.shear_viscosity)
 
 
 def main(kind: str, text: str | None, argv: Sequence[str] | None) -> None:

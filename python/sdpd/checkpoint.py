@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdpd import integrators, running, timestep, validation
+from sdpd import integrators, running, timestep, validation, wall_motion
 from sdpd.errors import CheckpointError, SdpdWarning
 from sdpd.scene import Scene
 
@@ -106,6 +106,7 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "settings": _plain(sim._settings),
         "clock": {name: state[name] for name in _CLOCK},
         "wall_force": [float(x) for x in state["wall_force"]],
+        "wall_motions": [wall_motion.motion(wall) for wall in sim.walls],
     }
     header["digest"] = _digest(header, arrays)
     return header, arrays
@@ -245,6 +246,9 @@ class _Content:
             timestep.bounds(self.scene, self.integrator, **self.accuracy)
             self.state: dict[str, Any] = {name: self.header["clock"][name] for name in _CLOCK}
             self.state["wall_force"] = [float(x) for x in self.header["wall_force"]]
+            self.walls = wall_motion.with_motions(
+                self.scene.walls, self.header["wall_motions"], self.scene.box
+            )
         except KeyError as error:
             raise reader.fail(f"its header lacks {error} or has an unknown one") from None
         except (TypeError, ValueError) as error:
@@ -377,20 +381,21 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
     count = running.choose_threads(threads, content.scene.n_particles)
     points = content.positions()
     try:
-        core = simulation._new_core(points, np.zeros_like(points), content.settings, count)
-        core.set_state(content.state)
+        sim = simulation._restored(
+            scene=content.scene,
+            integrator=content.integrator,
+            settings=content.settings,
+            threads=count,
+            core=simulation._new_core(points, np.zeros_like(points), content.settings, count),
+            dt=content.dt,
+            accuracy=content.accuracy,
+            state=content.state,
+            walls=content.walls,
+        )
     except (TypeError, ValueError, OverflowError) as error:
         raise reader.fail(f"its state is not valid: {error}") from None
     content.warn_of_other_bits()
-    return simulation._restored(
-        scene=content.scene,
-        integrator=content.integrator,
-        settings=content.settings,
-        threads=count,
-        core=core,
-        dt=content.dt,
-        accuracy=content.accuracy,
-    )
+    return sim
 
 
 def restore(sim: Simulation, path: str | os.PathLike[str]) -> None:
@@ -416,7 +421,7 @@ def restore(sim: Simulation, path: str | os.PathLike[str]) -> None:
                 "a new simulation of it"
             )
     try:
-        sim._set_state(content.state, content.dt)
+        sim._set_state(content.state, content.dt, content.walls)
     except (TypeError, ValueError, OverflowError) as error:
         raise reader.fail(f"its state is not valid: {error}") from None
     content.warn_of_other_bits()

@@ -140,6 +140,18 @@ def _viscosity(options: argparse.Namespace) -> int:
     return _shown(viscosity, study, options.output)
 
 
+def _channel(options: argparse.Namespace) -> int:
+    from sdpd import channel
+
+    study = channel.run_channel(
+        options.kind,
+        quick=options.quick,
+        threads=options.threads,
+        progress=False if options.no_progress else None,
+    )
+    return _shown(channel, study, options.output)
+
+
 def _shown(package: Any, study: Any, output: str | None) -> int:
     """Print a study, write its files and figure where asked, and give its verdict."""
     print(study)
@@ -337,6 +349,7 @@ def _parser() -> argparse.ArgumentParser:
     _fluctuations_options(commands)
     _correlations_options(commands)
     _viscosity_options(commands)
+    _channel_options(commands)
     for name, run, text in (
         ("regime", _regime, "dimensionless numbers of a scene and what they mean"),
         ("cost", _cost, "memory, pairs and every bound on the time step of a scene"),
@@ -469,6 +482,18 @@ def _viscosity_options(commands: Any) -> None:
     add("--seed", type=int, default=1, help="key of all randomness (default 1)")
     add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
     add("--quick", action="store_true", help="seconds, larger errors")
+    add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _channel_options(commands: Any) -> None:
+    text = "Poiseuille or Couette flow from rest beside its closed form: Yang (2013), 3.1 and 3.2"
+    command = commands.add_parser("channel", help=text, description=text)
+    command.set_defaults(run=_channel)
+    add = command.add_argument
+    add("kind", choices=("poiseuille", "couette"))
+    add("-o", "--output", metavar="DIR", help="write table, profiles and figure there")
+    add("--threads", type=int, help="threads (default: processors at hand)")
+    add("--quick", action="store_true", help="20 layers of particles instead of 31: seconds")
     add("--no-progress", action="store_true", help="no progress bar")
 
 

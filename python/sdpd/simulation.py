@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdpd import failure, initial, integrators, running, timestep, validation
+from sdpd import failure, initial, integrators, running, timestep, validation, wall_motion
 from sdpd.cost import pairs_per_second
 from sdpd.errors import SimulationError, TimeStepWarning
 from sdpd.observers import LoopObserver, Observer, check_observers
@@ -20,6 +20,7 @@ from sdpd.progress import RunProgress
 from sdpd.scene import Scene
 from sdpd.timestep import TimeStepBound
 from sdpd.units import quantity, table
+from sdpd.walls import Wall
 
 if TYPE_CHECKING:
     from ase import Atoms
@@ -151,6 +152,7 @@ class Simulation(Particles):
         """Set everything but the time step and its bounds."""
         self._scene, self._integrator = scene, integrator
         self._settings, self._threads, self._core = settings, threads, core
+        self._walls = scene.walls
         self._attached: list[tuple[LoopObserver, int, float]] = []
         self._runner: int | None = None
 
@@ -234,6 +236,79 @@ class Simulation(Particles):
     def time(self) -> float:
         """Simulated time [time]."""
         return self._core.time
+
+    # --- walls -------------------------------------------------------------------------------
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """The walls of the scene as they move now."""
+        return self._walls
+
+    def set_wall_velocity(
+        self,
+        wall: int,
+        velocity: Sequence[float] | float | None = None,
+        *,
+        angular_velocity: Sequence[float] | float | None = None,
+    ) -> None:
+        """Let a wall move differently from now on; between runs and in callbacks.
+
+        Parameters
+        ----------
+        wall : int
+            Its index in ``scene.walls``.
+        velocity : sequence of float, D of them, or float, optional
+            Of a `Plane`, along itself; of a `Cylinder`, along its axis [length/time].
+        angular_velocity : float or sequence of float, three, optional
+            Of a `Cylinder` or a `Sphere` [1/time].
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the wall cannot move in this way; nothing has changed.
+        RuntimeError
+            If the simulation is running in another thread.
+
+        Notes
+        -----
+        What is not given stays as it is. ``scene`` remains what the simulation was made with;
+        `walls` shows the present motion, and `save` keeps it. A plate that oscillates is one whose
+        velocity is set every step, or every few: between the changes it is constant. Bounds on the
+        time step are those of the scene, whose ``velocity_scale`` should foresee the fastest wall.
+
+        Examples
+        --------
+        >>> import sdpd
+        >>> box = sdpd.Box((1e-3, 1e-3), periodic="x")
+        >>> scene = sdpd.Scene(
+        ...     fluid=sdpd.fluids.water().in_plane(1e-4),
+        ...     box=box,
+        ...     walls=sdpd.walls.slab(box, "y"),
+        ...     resolution=sdpd.Resolution(particles=(16, 16)),
+        ... )
+        >>> sim = sdpd.Simulation(scene)
+        >>> sim.set_wall_velocity(1, (1e-5, 0.0))
+        >>> sim.walls[1].speed
+        1e-05
+        """
+        most = len(self._walls) - 1
+        if most < 0:
+            raise ValueError("`wall` must be that of a wall, and the scene has none")
+        index = validation.integer("wall", wall, minimum=0, maximum=most)
+        new = wall_motion.moved(
+            self._walls[index],
+            f"walls[{index}]",
+            self._scene.box,
+            velocity=velocity,
+            angular_velocity=angular_velocity,
+        )
+        self._move_walls((*self._walls[:index], new, *self._walls[index + 1 :]))
+
+    def _move_walls(self, walls: tuple[Wall, ...]) -> None:
+        for index, (old, new) in enumerate(zip(self._walls, walls, strict=True)):
+            if new != old:
+                self._core.move_wall(index, new.core(self._scene.box))
+        self._walls = walls
 
     # --- running -----------------------------------------------------------------------------
 
@@ -377,10 +452,16 @@ class Simulation(Particles):
         if self._runner is not None:
             raise RuntimeError("the simulation is running; restore it before or after run()")
 
-    def _set_state(self, state: dict[str, Any], dt: float) -> None:
+    def _set_state(self, state: dict[str, Any], dt: float, walls: tuple[Wall, ...]) -> None:
         """Take over a checked state; for `checkpoint`."""
         self._refuse_restore()
-        self._core.set_state(state)
+        before = self._walls
+        self._move_walls(walls)  # first: it renews the forces, which the state then sets
+        try:
+            self._core.set_state(state)
+        except (TypeError, ValueError, OverflowError):
+            self._move_walls(before)
+            raise
         self._detach()
         self._dt = dt
 
@@ -494,12 +575,15 @@ def _restored(
     core: Core,
     dt: float,
     accuracy: dict[str, Any],
+    state: dict[str, Any],
+    walls: tuple[Wall, ...],
 ) -> Simulation:
-    """A simulation around a core that exists already; for `checkpoint`."""
+    """A simulation around a new core, with the state of a file; for `checkpoint`."""
     sim = Simulation.__new__(Simulation)
     sim._accuracy, sim._dt = accuracy, dt
     sim._bounds = tuple(timestep.bounds(scene, integrator, **accuracy))
     sim._adopt(scene, integrator, settings, threads, core)
+    sim._set_state(state, dt, walls)
     return sim
 
 

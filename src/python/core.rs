@@ -19,7 +19,7 @@ use crate::neighbor::ROUNDS;
 use crate::observe::{Coordinate, Profile};
 use crate::registry::Combination;
 use crate::simulation::{Clock, Engine, Settings};
-use crate::wall::{WallSettings, Wrench};
+use crate::wall::{Surface, WallSettings, Wrench};
 
 /// Arrays in the user's units and row order.
 struct Columns {
@@ -462,6 +462,25 @@ impl Core {
     /// Brings derived arrays up to date with what the user wrote.
     fn refresh(&self, py: Python<'_>) -> PyResult<()> {
         self.import(py, &mut *self.lock()?)
+    }
+
+    /// Gives wall `index` the motion of `wall`, which must have its form; forces follow.
+    fn move_wall(&self, py: Python<'_>, index: usize, wall: WallSettings) -> PyResult<()> {
+        let mut engine = self.lock()?;
+        self.import(py, &mut engine)?;
+        let surface = Surface::parse(&wall, index, self.dimension, &engine.units)
+            .map_err(|e| to_python(py, &e))?;
+        match engine.walls.surfaces.get_mut(index) {
+            Some(old) if old.shape == surface.shape && old.slip == surface.slip => *old = surface,
+            _ => {
+                return Err(PyValueError::new_err(format!(
+                    "`walls[{index}]` must be a wall of the scene and keep its form"
+                )));
+            }
+        }
+        engine.renew(false).map_err(|e| to_python(py, &e))?;
+        self.export(py, &engine);
+        Ok(())
     }
 
     /// Conservative, dissipative and random force (the last as velocity Verlet draws it at the

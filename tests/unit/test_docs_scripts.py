@@ -22,15 +22,21 @@ TABLES = {
     "poiseuille": "| 0.05 s |",
     "couette": "| 1.00 s |",
     "wall_equilibrium": "| slab | ",
+    "wall_flows": "| oscillating plate | 96 |",
+    "channel_noise": "| Couette | 0.10 s |",
+    "cylinder": "Re = 0.05 |",
 }
 FIGURES = {
+    "channel_noise",
     "couette",
+    "cylinder",
     "default_kernel",
     "delivered_viscosity",
     "discrete_factors",
     "fields",
     "poiseuille",
     "verlet_temperature",
+    "wall_flows",
 }
 
 

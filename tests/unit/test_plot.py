@@ -157,6 +157,26 @@ def test_surface_with_normals(canvas, tmp_path):
             plot.surface(corners, triangles)
 
 
+def test_boundary_particles(canvas, tmp_path):
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    normals = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    alone = picture(plot.boundary_particles(1e-6 * normals, -2.0 * normals), tmp_path)
+    larger = plot.boundary_particles(1e-6 * normals, normals, spacing=5e-7, colour=angle)
+    assert 0.01 < alone < picture(larger, tmp_path)
+    lifted = np.concatenate([np.pad(normals, ((0, 0), (0, 1))), [[0.0, 0.0, 1.0]]])
+    assert picture(plot.boundary_particles(lifted, lifted), tmp_path) > 0.01
+
+
+def test_boundary_particles_refuse_what_has_no_direction():
+    places = np.eye(3)
+    with pytest.raises(ValueError, match="`normals` must not be zero, got row 1"):
+        plot.boundary_particles(places, [[1.0, 0.0, 0.0], [0.0] * 3, [0.0, 0.0, 1.0]])
+    with pytest.raises(ValueError, match="`normals`"):
+        plot.boundary_particles(places, places[:2])
+    with pytest.raises(ValueError, match="`points` must be 2 rows or more"):
+        plot.boundary_particles(places[:1], places[:1])
+
+
 def test_html(canvas, tmp_path):
     pytest.importorskip("trame_pyvista")
     sim = sdpd.Simulation(water_scene(resolution=sdpd.Resolution(particles=216)), threads=1)

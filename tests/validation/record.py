@@ -20,7 +20,15 @@ RESULTS = ROOT / "tests" / "validation" / "results.json"
 
 # What decides a trajectory. The binding, observers and Python layer are covered by default tests.
 # Files of walls count for the cases with walls only: without walls none of their code runs.
-WALLED = {"containment", "couette", "poiseuille", "wall_equilibrium"}
+WALLED = {
+    "channel_noise",
+    "containment",
+    "couette",
+    "cylinder",
+    "poiseuille",
+    "wall_equilibrium",
+    "wall_flows",
+}
 WALLS = ("sweep/wall", "wall/")
 PHYSICS = (
     "domain",

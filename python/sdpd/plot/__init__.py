@@ -10,9 +10,18 @@ from .curves import profile
 from .gl import require_gl
 from .maps import field_map, streamlines
 from .overview import overview
-from .spatial import new_plotter, particles, save, slices, stream_tubes, surface
+from .spatial import (
+    boundary_particles,
+    new_plotter,
+    particles,
+    save,
+    slices,
+    stream_tubes,
+    surface,
+)
 
 __all__ = [
+    "boundary_particles",
     "field_map",
     "new_plotter",
     "overview",

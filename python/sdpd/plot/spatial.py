@@ -24,7 +24,15 @@ from .gl import require_gl
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
-__all__ = ["new_plotter", "particles", "save", "slices", "stream_tubes", "surface"]
+__all__ = [
+    "boundary_particles",
+    "new_plotter",
+    "particles",
+    "save",
+    "slices",
+    "stream_tubes",
+    "surface",
+]
 
 Array = NDArray[np.float64]
 
@@ -340,6 +348,78 @@ def surface(
     drawing.add_mesh(mesh, **{**look, **style})
     if arrows is not None:
         drawing.add_arrows(cloud, _three(arrows), mag=arrow * longest * scale, color="firebrick")
+    if places.shape[1] == 2:
+        drawing.view_xy()
+    return drawing
+
+
+def boundary_particles(
+    points: ArrayLike,
+    normals: ArrayLike,
+    *,
+    colour: ArrayLike | None = None,
+    label: str = "",
+    spacing: float | None = None,
+    unit: float | None = None,
+    plotter: Any = None,
+    **style: Any,
+) -> Any:
+    """Draw the particles of a boundary as spheres, each with its normal as an arrow.
+
+    Parameters
+    ----------
+    points : array_like, shape (V, D)
+        [length].
+    normals : array_like, shape (V, D)
+        Directions, of any length; drawn as arrows of 1.5 spacings.
+    colour : array_like, shape (V,), optional
+        A value of each, e.g. a curvature; one colour if None.
+    label : str
+        Of the colour bar.
+    spacing : float, optional
+        Diameter of the spheres [length]; the median distance to the next point if None.
+    unit, plotter
+        As for `particles`; the unit is the longest extent if None.
+    **style
+        For ``Plotter.add_mesh`` of the spheres.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an array has the wrong shape, or a normal is zero.
+    """
+    places = validation.real_array("points", points, (None, None))
+    if places.shape[1] not in (2, 3) or len(places) < 2:
+        raise ValueError(f"`points` must be 2 rows or more of 2 or 3 numbers, got {places.shape}")
+    arrows = validation.real_array("normals", normals, places.shape)
+    length = np.linalg.norm(arrows, axis=1)
+    if not np.all(length > 0.0):
+        raise ValueError(f"`normals` must not be zero, got row {int(np.argmin(length))}")
+    values = None if colour is None else validation.real_array("colour", colour, (len(places),))
+    if spacing is None:
+        from scipy.spatial import cKDTree
+
+        apart = float(np.median(cKDTree(places).query(places, k=2)[0][:, 1]))
+    else:
+        apart = validation.positive("spacing", spacing)
+    drawing = _into(plotter)
+    import pyvista
+
+    longest = float(np.ptp(places, axis=0).max())
+    scale = 1.0 / (longest if unit is None else validation.positive("unit", unit))
+    cloud = pyvista.PolyData(_three(places * scale))
+    look: dict[str, Any] = {"color": "lightsteelblue"}
+    if values is not None:
+        cloud.point_data[label or "value"] = values
+        look = {"scalars": label or "value", "cmap": "viridis", "scalar_bar_args": _BAR}
+    ball = pyvista.Sphere(radius=0.5 * apart * scale, theta_resolution=12, phi_resolution=12)
+    drawing.add_mesh(cloud.glyph(geom=ball, scale=False, orient=False), **{**look, **style})
+    directions = _three(arrows / length[:, None])
+    drawing.add_arrows(cloud.points, directions, mag=1.5 * apart * scale, color="firebrick")
     if places.shape[1] == 2:
         drawing.view_xy()
     return drawing

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .channel_flow import couette_velocity, pipe_velocity, poiseuille_velocity
+from .cylinder_array import CylinderArrayFlow, cylinder_array_drag, cylinder_array_flow
 from .density import (
     DensityTheory,
     cell_count_variance,
@@ -17,9 +18,16 @@ from .landau_lifshitz import CellVariances, cell_variances
 from .tails import finite_size_diffusion, vacf_tail
 from .vacf_modes import vacf_modes
 from .viscosity import ViscosityTheory
+from .wall_flows import (
+    duct_velocity,
+    oscillating_plate_velocity,
+    taylor_couette_torque,
+    taylor_couette_velocity,
+)
 
 __all__ = [
     "CellVariances",
+    "CylinderArrayFlow",
     "DensityTheory",
     "FrictionTheory",
     "HydrodynamicTheory",
@@ -27,17 +35,23 @@ __all__ = [
     "cell_count_variance",
     "cell_variances",
     "couette_velocity",
+    "cylinder_array_drag",
+    "cylinder_array_flow",
+    "duct_velocity",
     "finite_size_diffusion",
     "friction_coefficients",
     "friction_integral",
     "isothermal_sound_speed",
     "kernel_square_integral",
     "kernel_transform",
+    "oscillating_plate_velocity",
     "pairing_limit",
     "pipe_velocity",
     "poiseuille_velocity",
     "reduced_equation_of_state",
     "stiffness_slope",
+    "taylor_couette_torque",
+    "taylor_couette_velocity",
     "vacf_modes",
     "vacf_tail",
     "viscosities",
