@@ -507,14 +507,14 @@ impl Engine {
 
     /// Nothing may have left through an axis that is not periodic.
     fn check_limits(&self) -> Result<()> {
-        const ROUNDING: f64 = 1e-9;
+        let room = self.walls.rounding();
         if self.cell.periodic[..self.dimension].iter().all(|&p| p) {
             return Ok(());
         }
         let outside = |position: &[f64; 4]| {
             (0..self.dimension).any(|a| {
                 !self.cell.periodic[a]
-                    && !(-ROUNDING..=self.cell.limits[a] + ROUNDING).contains(&position[a])
+                    && !(-room..=self.cell.limits[a] + room).contains(&position[a])
             })
         };
         match self.particles.position.iter().position(outside) {

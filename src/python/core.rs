@@ -113,16 +113,15 @@ fn check_places(engine: &Engine, positions: &[f64]) -> PyResult<()> {
 /// Positions [h], by row, must lie in the fluid: before the walls, and within the box along axes that
 /// are not periodic.
 fn check_inside(py: Python<'_>, engine: &Engine, places: &[[f64; 3]]) -> PyResult<()> {
-    const ROUNDING: f64 = 1e-9;
+    let room = engine.walls.rounding();
     let cell = &engine.cell;
     engine
         .walls
         .check_inside(places, cell)
         .map_err(|e| to_python(py, &e))?;
     let outside = |place: &[f64; 3]| {
-        (0..engine.dimension).any(|a| {
-            !cell.periodic[a] && !(-ROUNDING..=cell.limits[a] + ROUNDING).contains(&place[a])
-        })
+        (0..engine.dimension)
+            .any(|a| !cell.periodic[a] && !(-room..=cell.limits[a] + room).contains(&place[a]))
     };
     match places.iter().position(outside) {
         None => Ok(()),

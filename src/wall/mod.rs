@@ -117,6 +117,14 @@ impl Walls {
         !self.surfaces.is_empty()
     }
 
+    /// How far beyond the walls a particle may be by rounding [h].
+    pub fn rounding(&self) -> f64 {
+        self.surfaces
+            .iter()
+            .map(Surface::rounding)
+            .fold(1e-9, f64::max)
+    }
+
     /// Smallest distance to a wall, and which: negative outside of the fluid.
     pub fn nearest(&self, position: [f64; 3], cell: &PeriodicBox) -> (f64, usize) {
         let mut best = (f64::INFINITY, 0);

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sdpd import running
 from sdpd.box import AXES, Box
 from sdpd.walls.shaped import ShapedWall
 
@@ -187,7 +188,7 @@ def _distances(wall: LevelSet, points: Array, box: Box) -> Array:
     periodic = [axis in box.periodic_axes for axis in AXES[: box.dimension]]
     points = np.where(periodic, np.mod(points, lengths), points)
     surface, tree = _surface(wall, box)
-    best, nearest = tree.query(points)
+    best, nearest = tree.query(points, workers=running.available_threads())
     foot = surface[nearest]
     step = max(box.lengths) / _CELLS[box.dimension]
     active = np.arange(len(points))

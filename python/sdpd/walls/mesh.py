@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdpd import optional, validation
+from sdpd import optional, running, validation
 from sdpd.box import AXES, Box
 from sdpd.errors import ResolutionWarning
-from sdpd.walls.polyline import _speed, _threads
+from sdpd.walls.polyline import _speed
 from sdpd.walls.shaped import ShapedWall, merged, tiled
 
 if TYPE_CHECKING:
@@ -127,7 +127,9 @@ class Mesh(ShapedWall):
     def _refuse_crossings(points: Array, triangles: Triangles) -> None:
         from sdpd import _core
 
-        found = _core.Solid(points, triangles.astype(np.uint32), _threads()).crossing()
+        found = _core.Solid(
+            points, triangles.astype(np.uint32), running.available_threads()
+        ).crossing()
         if found is not None:
             first, second = found
             at = points[triangles[first]].mean(axis=0)
@@ -238,7 +240,9 @@ def _read(file: str | os.PathLike[str]) -> tuple[Array, Triangles]:
     try:
         mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # noqa: BLE001 - meshio ends the process
-        raise ValueError(f"`file` must be a mesh that meshio reads, got {path!r} ({error})") from None
+        raise ValueError(
+            f"`file` must be a mesh that meshio reads, got {path!r} ({error})"
+        ) from None
     found = []
     for block in mesh.cells:
         if block.type.startswith("triangle"):
@@ -342,4 +346,4 @@ def _solid(wall: Mesh, box: Box) -> Solid:
     if len(shifts) > 1 and len(_open_edges(triangles)):
         copies, number = merged(copies, 1e-7 * max(box.lengths))
         every = number[every]
-    return _core.Solid(copies, every.astype(np.uint32), _threads())
+    return _core.Solid(copies, every.astype(np.uint32), running.available_threads())

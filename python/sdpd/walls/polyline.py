@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdpd import validation
+from sdpd import running, validation
 from sdpd.box import AXES, Box
 from sdpd.walls.shaped import ShapedWall, merged, tiled
 
@@ -92,7 +92,9 @@ class Polyline(ShapedWall):
                 continue
             a, b, c, d = starts[k], ends[k], starts[others], ends[others]
             sides = (_side(a, b, c) * _side(a, b, d), _side(c, d, a) * _side(c, d, b))
-            crossed = others[(sides[0] <= 0.0) & (sides[1] <= 0.0) & ((sides[0] < 0.0) | (sides[1] < 0.0))]
+            crossed = others[
+                (sides[0] <= 0.0) & (sides[1] <= 0.0) & ((sides[0] < 0.0) | (sides[1] < 0.0))
+            ]
             if len(crossed):
                 other = int(crossed[0])
                 raise ValueError(
@@ -195,10 +197,6 @@ def _solid(wall: Polyline, box: Box) -> Solid:
             np.column_stack([start, start + count, end + count]),
         ]
     )
-    return _core.Solid(np.concatenate(levels), triangles.astype(np.uint32), _threads())
-
-
-def _threads() -> int:
-    from sdpd import running
-
-    return running.available_threads()
+    return _core.Solid(
+        np.concatenate(levels), triangles.astype(np.uint32), running.available_threads()
+    )

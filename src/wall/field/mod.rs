@@ -27,7 +27,7 @@ pub type Distances<'a> = dyn FnMut(&[[f64; 3]]) -> Result<Vec<f64>> + 'a;
 const DEEPEST: f64 = 1.05;
 const HIGHEST: f64 = 1.4;
 /// Cells per support where nothing else is asked for.
-const FINENESS: [f64; 2] = [8.0, 6.0];
+const FINENESS: [f64; 2] = [12.0, 6.0];
 /// Two faces closer than a support are those of a blade if their normals are as opposite as that.
 const OPPOSITE: f64 = -0.7;
 
@@ -385,5 +385,100 @@ impl Field {
         };
         let thin = self.report.surface.iter().filter_map(thickness);
         thin.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pool() -> rayon::ThreadPool {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(2)
+            .build()
+            .unwrap()
+    }
+
+    fn made(periodic: &[bool], phi: impl Fn([f64; 3]) -> f64) -> Field {
+        let cell = PeriodicBox::with_walls(&vec![4.0; periodic.len()], 1.0, periodic).unwrap();
+        let mut distances =
+            |points: &[[f64; 3]]| Ok(points.iter().map(|&p| phi(p)).collect::<Vec<f64>>());
+        Field::new(&cell, periodic.len(), "lucy", None, &mut distances, &pool()).unwrap()
+    }
+
+    #[test]
+    fn cubics_are_their_own_splines() {
+        let cubic =
+            |[x, y, z]: [f64; 3]| 0.1 * (x - 2.0).powi(3) + 0.5 * (y - 1.7) * z - 0.2 * z * z;
+        let field = made(&[false; 3], cubic);
+        for k in 0..40 {
+            let x = [0.4 + 0.08 * f64::from(k), 1.9, 2.6 - 0.03 * f64::from(k)];
+            let local = field.at(x);
+            assert!((local.distance - cubic(x)).abs() < 1e-12);
+            let slope = 0.3 * (x[0] - 2.0) * (x[0] - 2.0);
+            assert!((local.gradient[0] - slope).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_values_across_cells_bricks_and_periodic_faces() {
+        let field = made(&[true, false], |[x, y, _]| {
+            y - 1.3 - 0.2 * (std::f64::consts::FRAC_PI_2 * x).sin()
+        });
+        for k in 0..200 {
+            let at = [0.0201 * f64::from(k), 1.1 + 0.0047 * f64::from(k), 0.0];
+            let local = field.at(at);
+            for a in 0..2 {
+                let shifted = |s: f64| {
+                    let mut p = at;
+                    p[a] += s;
+                    field.at(p)
+                };
+                let (up, down) = (shifted(1e-5), shifted(-1e-5));
+                let phi = (up.distance - down.distance) / 2e-5;
+                let psi = (up.weight - down.weight) / 2e-5;
+                assert!((phi - local.gradient[a]).abs() < 1e-8);
+                assert!(
+                    (psi - local.climb[a]).abs() < 1e-7,
+                    "{psi} {}",
+                    local.climb[a]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_plane_needs_no_weight() {
+        for tilt in [0.0, 0.6] {
+            let level = (1.0_f64 - tilt * tilt).sqrt();
+            let field = made(&[false; 2], |[x, y, _]| {
+                tilt * (x - 2.0) + level * (y - 1.9)
+            });
+            for k in 0..100 {
+                let s = 0.006 * f64::from(k);
+                let along = 0.01 * f64::from(k) - 0.5;
+                let at = [
+                    2.0 + tilt * s + level * along,
+                    1.9 + level * s - tilt * along,
+                    0.0,
+                ];
+                let local = field.at(at);
+                assert!((local.distance - s).abs() < 1e-12);
+                assert!((local.weight - 1.0).abs() < 3e-3, "{s}: {}", local.weight);
+            }
+        }
+    }
+
+    #[test]
+    fn blades_are_found_and_missing_surfaces_refused() {
+        let blade = made(&[true; 2], |[x, _, _]| (x - 2.0).abs() - 0.2);
+        let (thickness, place) = blade.report.thinnest.unwrap();
+        assert!((thickness - 0.4).abs() < 0.1 && (place[0] - 2.0).abs() < 0.25);
+        let cell = PeriodicBox::new(&[4.0, 4.0], 1.0).unwrap();
+        let mut far = |points: &[[f64; 3]]| Ok(vec![9.0; points.len()]);
+        let text = Field::new(&cell, 2, "lucy", None, &mut far, &pool())
+            .unwrap_err()
+            .to_string();
+        assert!(text.contains("pass through the box"), "{text}");
     }
 }

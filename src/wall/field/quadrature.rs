@@ -87,6 +87,8 @@ pub(super) struct Bins {
     width: [f64; 3],
     counts: [usize; 3],
     start: Vec<u32>,
+    /// Smallest phi of each bin.
+    lowest: Vec<f64>,
     /// Coordinates, distance to the wall and volume, each in its array; bins are padded to whole
     /// lanes with points far away.
     columns: [Vec<f64>; 5],
@@ -110,6 +112,7 @@ impl Bins {
             width,
             counts,
             start: Vec::new(),
+            lowest: vec![f64::INFINITY; counts.iter().product()],
             columns: Default::default(),
             place: vec![0; points.len()],
         };
@@ -129,6 +132,7 @@ impl Bins {
             let at = next[owner[k]] as usize;
             next[owner[k]] += 1;
             bins.place[k] = at as u32;
+            bins.lowest[owner[k]] = bins.lowest[owner[k]].min(point.phi);
             let [x, y, z] = point.position;
             for (column, value) in bins
                 .columns
@@ -200,9 +204,11 @@ impl Bins {
             .collect()
     }
 
-    /// Bins along an axis that a target reaches, with the shift of the target to their image.
-    fn reached(&self, axis: usize, x: f64) -> ([(usize, f64); 5], usize) {
-        let mut found = [(0, x); 5];
+    /// Bins along an axis that a target reaches: number, the target as seen from there, and the
+    /// square of the gap between both.
+    #[inline(always)]
+    fn reached(&self, axis: usize, x: f64) -> ([(usize, f64, f64); 5], usize) {
+        let mut found = [(0, x, 0.0); 5];
         if axis >= self.dimension {
             return (found, 1);
         }
@@ -216,8 +222,12 @@ impl Bins {
                 continue;
             }
             let shifted = x - turns as f64 * count as f64 * self.width[axis];
-            found[n] = ((bin - turns * count) as usize, shifted);
-            n += 1;
+            let low = self.origin[axis] + bin as f64 * self.width[axis];
+            let gap = (low - x).max(x - low - self.width[axis]).max(0.0);
+            if gap < 1.0 {
+                found[n] = ((bin - turns * count) as usize, shifted, gap * gap);
+                n += 1;
+            }
         }
         (found, n)
     }
@@ -239,10 +249,17 @@ impl<K: Kernel, const D: usize> Task for Sums<'_, K, D> {
             let axes: [_; 3] = std::array::from_fn(|a| bins.reached(a, position[a]));
             let four = 4.0 * phi;
             let mut sum = [0.0; LANES];
-            for &(x_bin, x) in &axes[0].0[..axes[0].1] {
-                for &(y_bin, y) in &axes[1].0[..axes[1].1] {
-                    for &(z_bin, z) in &axes[2].0[..axes[2].1] {
+            for &(x_bin, x, x_gap) in &axes[0].0[..axes[0].1] {
+                for &(y_bin, y, y_gap) in &axes[1].0[..axes[1].1] {
+                    for &(z_bin, z, z_gap) in &axes[2].0[..axes[2].1] {
                         let bin = (x_bin * bins.counts[1] + y_bin) * bins.counts[2] + z_bin;
+                        // No point of the bin is nearer than that; phi = 0 asks for the direct
+                        // distance, and behind a wall images may be nearer than their particles.
+                        let nearest =
+                            x_gap + y_gap + z_gap + four.max(0.0) * bins.lowest[bin].max(0.0);
+                        if *phi >= 0.0 && nearest >= 1.0 {
+                            continue;
+                        }
                         let (begin, end) = (bins.start[bin] as usize, bins.start[bin + 1] as usize);
                         let [xs, ys, zs, phis] = [0, 1, 2, 3]
                             .map(|c| bins.columns[c][begin..end].as_chunks::<LANES>().0);

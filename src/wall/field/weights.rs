@@ -14,7 +14,7 @@ use crate::kernel::Kernel;
 /// psi (K psi + FLOOR) = M + FLOOR.
 const FLOOR: f64 = 1e-3;
 const MOST_ITERATIONS: usize = 60;
-const TOLERANCE: f64 = 1e-5;
+const TOLERANCE: f64 = 1e-4;
 
 /// A solution at the points of the fluid.
 pub(super) struct Weights<'a> {
