@@ -74,7 +74,9 @@ def _plain(value: Any) -> Any:
 
 
 def _written(settings: dict[str, Any]) -> dict[str, Any]:
-    """Settings of the core as a file has them: without fields of walls, which follow from the scene."""
+    """Settings of the core as a file has them: without fields of walls, which follow from the
+    scene.
+    """
     return _plain({key: value for key, value in settings.items() if key != "fields"})  # type: ignore[no-any-return]
 
 

@@ -66,8 +66,8 @@ class Scene(SceneQuantities):
         another factor and cannot be right at once.) Refused where that factor is below 0.5.
     walls : sequence of Plane, Cylinder, Sphere, Polyline, Mesh or LevelSet
         They must close every axis along which the box is not periodic, and be one support apart
-        or meet at right angles. Edges at any angle and narrow gaps belong into one Polyline, Mesh or
-        LevelSet.
+        or meet at right angles. Edges at any angle and narrow gaps belong into one Polyline, Mesh
+        or LevelSet.
 
     Raises
     ------

@@ -86,8 +86,8 @@ def _name_of(value: object, table: dict[str, Any], where: str) -> str:
     known = ", ".join(kind.__name__ for kind in table.values())
     if isinstance(value, walls.LevelSet):
         raise TypeError(
-            f"`{where}` is a LevelSet, a function, which no file can hold: a scene with one cannot be "
-            f"written, nor a simulation of it saved; use one of {known}"
+            f"`{where}` is a LevelSet, a function, which no file can hold: a scene with one cannot "
+            f"be written, nor a simulation of it saved; use one of {known}"
         )
     raise TypeError(
         f"`{where}` must be of a built-in class ({known}) to be written to TOML, got an object of "

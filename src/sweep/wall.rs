@@ -64,7 +64,7 @@ impl<'a> Scenery<'a> {
     }
 
     fn view(&self, link: &Link, r: [f64; 3]) -> Option<View> {
-        let order = self.images[link.image as usize].order;
+        let Image { order, shaped, .. } = self.images[link.image as usize];
         let mut r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
         let mut weight = 1.0;
         for k in 0..order {
@@ -82,7 +82,12 @@ impl<'a> Scenery<'a> {
         for k in 0..order {
             let (one, other) = self.pair(link, k);
             let sum = [0, 1, 2].map(|a| one.foot.normal[a] + other.foot.normal[a]);
-            let normal = unit(sum);
+            // Where a wall of any shape faces itself both gradients cancel, and no direction is left.
+            let normal = if shaped {
+                sum.map(|x| 0.5 * x)
+            } else {
+                unit(sum)
+            };
             let height = one.foot.distance + other.foot.distance;
             let along = dot(r, normal);
             for a in 0..3 {

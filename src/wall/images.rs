@@ -23,6 +23,8 @@ pub struct Image {
     pub label: u8,
     /// Is there friction with it? Not where the fluid slips on one of the walls.
     pub friction: bool,
+    /// Is one of the walls of any shape?
+    pub shaped: bool,
 }
 
 impl Image {
@@ -280,6 +282,9 @@ pub fn images(surfaces: &[Surface], cell: &PeriodicBox) -> Result<Vec<Image>> {
             order,
             label: k as u8 + 1,
             friction: walls[..order].iter().all(|&w| !surfaces[w].slip),
+            shaped: walls[..order]
+                .iter()
+                .any(|&w| matches!(surfaces[w].shape, Shape::Field { .. })),
         })
         .collect())
 }

@@ -129,7 +129,8 @@ def lidded(dimension: int) -> tuple[list[Wall], list[tuple[int, ...]], str]:
 
 @functools.cache
 def shape(kind: str, kernel: str) -> Shaped:
-    """A field wall in a box of `EDGE`: a channel with a re-entrant edge, or an ellipsoid that turns."""
+    """A field wall in a box of `EDGE`: a channel with a re-entrant edge, or an ellipsoid that
+    turns."""
     if kind == "bent":
         half = 0.5 * EDGE
         outline = [(0, 0), (EDGE, 0), (EDGE, half), (half, half), (half, EDGE), (0, EDGE)]

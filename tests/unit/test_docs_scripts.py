@@ -22,6 +22,7 @@ TABLES = {
     "poiseuille": "| 0.05 s |",
     "couette": "| 1.00 s |",
     "wall_equilibrium": "| slab | ",
+    "shaped_walls": "| circle, inside, R = 2h | lucy |",
 }
 FIGURES = {
     "couette",
@@ -30,6 +31,7 @@ FIGURES = {
     "discrete_factors",
     "fields",
     "poiseuille",
+    "shaped_walls",
     "verlet_temperature",
 }
 

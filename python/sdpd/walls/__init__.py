@@ -1,8 +1,8 @@
 """Walls of a scene: surfaces that bound the fluid, at rest or in motion.
 
 A wall is a surface with the fluid on one side: a plane, a cylinder, a sphere, or a surface of any
-shape, given by a function, by a polyline or by triangles. It may slide along itself or turn, so that
-its place never changes. How particles feel it: docs/theory/walls.
+shape, given by a function, by a polyline or by triangles. It may slide along itself or turn, so
+that its place never changes. How particles feel it: docs/theory/walls.
 """
 
 from __future__ import annotations

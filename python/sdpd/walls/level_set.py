@@ -32,9 +32,9 @@ class LevelSet(ShapedWall):
     Parameters
     ----------
     function : callable
-        Of points (n, D) [length], returns (n,) numbers of any unit: F > 0 in the fluid, 0 at the wall,
-        < 0 in the solid. It need not be a distance, but its gradient must not vanish at the wall. In a
-        periodic box it must be periodic.
+        Of points (n, D) [length], returns (n,) numbers of any unit: F > 0 in the fluid, 0 at the
+        wall, < 0 in the solid. It need not be a distance, but its gradient must not vanish at the
+        wall. In a periodic box it must be periodic.
     gradient : callable, optional
         Of points (n, D), returns (n, D): its gradient; by differences if None.
     velocity, angular_velocity, centre, slip
@@ -49,11 +49,13 @@ class LevelSet(ShapedWall):
 
     Notes
     -----
-    Distances are exact to about 1e-9 of the box where the surface is smooth: each point is projected onto it by
-    Newton steps along the gradient, starting from the nearest of many points of the surface. Details
-    thinner than 1/384 of the longest edge of the box (1/72 in three dimensions) are overlooked.
+    Distances are exact to about 1e-9 of the box where the surface is smooth: each point is
+    projected onto it by Newton steps along the gradient, starting from the nearest of many points
+    of the surface. Details thinner than 1/384 of the longest edge of the box (1/72 in three
+    dimensions) are overlooked.
 
-    A function has no place in a file: a scene with one cannot be written, nor a simulation of it saved.
+    A function has no place in a file: a scene with one cannot be written, nor a simulation of it
+    saved.
 
     Examples
     --------
@@ -123,7 +125,10 @@ class LevelSet(ShapedWall):
 
     def points_on(self, box: Box, spacing: float) -> Array:  # noqa: D102
         points = _surface(self, box)[0]
-        _, first = np.unique(np.floor(points / spacing), axis=0, return_index=True)
+        # A surface passes through that many cubes of its own area, in the mean over its directions.
+        cubes = {2: 4.0 / np.pi, 3: 1.5}[box.dimension]
+        edge = spacing * cubes ** (1.0 / (box.dimension - 1))
+        _, first = np.unique(np.floor(points / edge), axis=0, return_index=True)
         return points[np.sort(first)]
 
     @property
@@ -195,21 +200,21 @@ def _distances(wall: LevelSet, points: Array, box: Box) -> Array:
     for _ in range(_SLIDE):
         here, at = points[active], foot[active]
         gradient = wall.gradients(at, box)
-        length = np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-300)
-        normal = gradient / length
+        square = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 1e-300)
         apart = here - at
-        along = apart - np.einsum("ij,ij->i", apart, normal)[:, None] * normal
-        size = np.linalg.norm(along, axis=1, keepdims=True)
-        # Shorter than the way along the tangent, which overshoots where the surface bends away, and
-        # no longer than a cell.
-        share = np.minimum(_RELAXATION, step / np.maximum(size, 1e-300))
-        at = _onto(wall, at + along * share, box, 2)
-        on_surface = np.abs(wall.values(at)) <= 1e-6 * step * length[:, 0]
-        now = np.where(on_surface, np.linalg.norm(here - at, axis=1), np.inf)
+        off = wall.values(at) / square
+        slope = np.einsum("ij,ij->i", apart, gradient) / square
+        along = apart - slope[:, None] * gradient
+        size = np.linalg.norm(along, axis=1)
+        on_surface = np.abs(off) * np.sqrt(square) <= 1e-6 * step
+        now = np.where(on_surface, np.linalg.norm(apart, axis=1), np.inf)
         best[active] = np.minimum(best[active], now)
-        foot[active] = at
-        # the error of the distance is of second order in what is left
-        active = active[size[:, 0] > _SLID * step]
+        # Onto the surface, and along it: less than the way along the tangent, which overshoots
+        # where the surface bends away, and no more than a cell.
+        share = np.minimum(_RELAXATION, step / np.maximum(size, 1e-300))
+        foot[active] = at + share[:, None] * along - off[:, None] * gradient
+        # the error of the distance is of second order in what is left along the surface
+        active = active[~on_surface | (size > _SLID * step)]
         if not len(active):
             break
-    return np.where(wall.values(points) > 0.0, best, -best)
+    return np.asarray(np.where(wall.values(points) > 0.0, best, -best))

@@ -40,8 +40,8 @@ class Mesh(ShapedWall):
     Parameters
     ----------
     file : path, optional
-        STL, PLY, OBJ, VTK, Gmsh or whatever else meshio reads; triangles are taken, polygons with four
-        corners split.
+        STL, PLY, OBJ, VTK, Gmsh or whatever else meshio reads; triangles are taken, polygons with
+        four corners split.
     points : sequence of points, shape (N, 3), optional
         [length]; instead of `file`, with `triangles`.
     triangles : sequence of three numbers of points, shape (M, 3), optional
@@ -61,13 +61,13 @@ class Mesh(ShapedWall):
     OSError
         If the file cannot be read.
     TypeError, ValueError
-        If there are no triangles, one is degenerate, or they cross, are not closed, or do not all go
-        round the same way; the text names the place.
+        If there are no triangles, one is degenerate, or they cross, are not closed, or do not all
+        go round the same way; the text names the place.
 
     Notes
     -----
-    Points and triangles are all that is kept: comparing, saving and scene files go by the content, not
-    by the name of the file.
+    Points and triangles are all that is kept: comparing, saving and scene files go by the content,
+    not by the name of the file.
 
     Examples
     --------
@@ -118,9 +118,9 @@ class Mesh(ShapedWall):
         self._refuse_crossings(points, triangles)
         if not len(_open_edges(triangles)) and _volume(points, triangles) < 0.0:
             raise ValueError(
-                "`triangles` must go round counter-clockwise seen from outside of a closed surface, "
-                "got them the other way round: exchange two columns, or use `fluid` to say which "
-                "side the fluid is on"
+                "`triangles` must go round counter-clockwise seen from outside of a closed "
+                "surface, got them the other way round: exchange two columns, or use `fluid` to "
+                "say which side the fluid is on"
             )
 
     @staticmethod
@@ -202,8 +202,8 @@ class Mesh(ShapedWall):
             at = points[edges[worst]].mean(axis=0)
             warnings.warn(
                 f"`{name}` is coarse where it is curved: an edge of {length[worst]:.3g} at "
-                f"{_place(at)} is longer than {_COARSE:g} of the support, h = {support:.4g}; refine "
-                "it, or energy drifts",
+                f"{_place(at)} is longer than {_COARSE:g} of the support, h = {support:.4g}; "
+                "refine it, or energy drifts",
                 ResolutionWarning,
                 stacklevel=3,
             )
@@ -238,7 +238,9 @@ def _read(file: str | os.PathLike[str]) -> tuple[Array, Triangles]:
     if not os.path.isfile(path):
         raise FileNotFoundError(f"`file` must be a mesh, but there is no file {path!r}")
     try:
-        mesh = meshio.read(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of NumPy, about how meshio guesses the format
+            mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # noqa: BLE001 - meshio ends the process
         raise ValueError(
             f"`file` must be a mesh that meshio reads, got {path!r} ({error})"
@@ -285,8 +287,8 @@ def _refuse_degenerate(points: Array, triangles: Triangles) -> None:
     if flat.any():
         k = int(np.argmax(flat))
         raise ValueError(
-            f"`triangles` must have an area, got none in {int(flat.sum())} of them, the first being "
-            f"{k} at {_place(points[triangles[k]].mean(axis=0))}"
+            f"`triangles` must have an area, got none in {int(flat.sum())} of them, the first "
+            f"being {k} at {_place(points[triangles[k]].mean(axis=0))}"
         )
 
 

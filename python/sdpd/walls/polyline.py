@@ -27,8 +27,8 @@ class Polyline(ShapedWall):
     """Straight lines from point to point, with the fluid to their left.
 
     A closed one that goes round counter-clockwise has the fluid inside, one that goes round
-    clockwise is a body in the fluid. An open one must begin and end on opposite periodic faces of the
-    box, at the same height, and goes on in the neighbouring box.
+    clockwise is a body in the fluid. An open one must begin and end on opposite periodic faces of
+    the box, at the same height, and goes on in the neighbouring box.
 
     Parameters
     ----------
@@ -115,8 +115,9 @@ class Polyline(ShapedWall):
         fits = np.abs(turns - whole).max() <= 1e-9 and not whole[~periodic].any() and whole.any()
         if not fits:
             raise ValueError(
-                f"`{name}` is open: its ends must lie on opposite periodic faces at the same place, "
-                f"got {self.points[0]} and {self.points[-1]}; close it, or see `box.periodic`"
+                f"`{name}` is open: its ends must lie on opposite periodic faces at the same "
+                f"place, got {self.points[0]} and {self.points[-1]}; close it, or see "
+                "`box.periodic`"
             )
 
     def distance(self, points: Array, box: Box) -> Array:  # noqa: D102

@@ -119,7 +119,7 @@ class ShapedWall(Wall):
         threads : int
             The result does not depend on them.
         spacing : float, optional
-            Of the grid [length]; h/12 in two dimensions and h/6 in three if None.
+            Of the grid [length]; h/16 in two dimensions and h/6 in three if None.
 
         Raises
         ------

@@ -27,7 +27,7 @@ pub type Distances<'a> = dyn FnMut(&[[f64; 3]]) -> Result<Vec<f64>> + 'a;
 const DEEPEST: f64 = 1.05;
 const HIGHEST: f64 = 1.4;
 /// Cells per support where nothing else is asked for.
-const FINENESS: [f64; 2] = [12.0, 6.0];
+const FINENESS: [f64; 2] = [16.0, 6.0];
 /// Two faces closer than a support are those of a blade if their normals are as opposite as that.
 const OPPOSITE: f64 = -0.7;
 

@@ -212,7 +212,10 @@ class WallSystem(System):
         for wall in link.walls:
             stand = self.stands[wall]
             n = stand.normal[link.i] + stand.normal[link.j]
-            n = n / np.sqrt(np.sum(n**2, axis=1))[:, None]
+            if any(isinstance(self.walls[w], Shaped) for w in link.walls):
+                n = 0.5 * n  # nothing is left where the wall faces itself
+            else:
+                n = n / np.sqrt(np.sum(n**2, axis=1))[:, None]
             height = stand.distance[link.i] + stand.distance[link.j]
             across += height[:, None] * n
             tangent -= np.sum(link.vector * n, axis=1)[:, None] * n
