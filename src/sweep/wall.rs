@@ -65,6 +65,7 @@ impl<'a> Scenery<'a> {
 
     fn view(&self, link: &Link, r: [f64; 3]) -> Option<View> {
         let Image { order, shaped, .. } = self.images[link.image as usize];
+        let own = link.slots[0] == link.slots[1];
         let mut r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
         let mut weight = 1.0;
         for k in 0..order {
@@ -83,7 +84,7 @@ impl<'a> Scenery<'a> {
             let (one, other) = self.pair(link, k);
             let sum = [0, 1, 2].map(|a| one.foot.normal[a] + other.foot.normal[a]);
             // Where a wall of any shape faces itself both gradients cancel, and no direction is left.
-            let normal = if shaped {
+            let normal = if shaped && !own {
                 sum.map(|x| 0.5 * x)
             } else {
                 unit(sum)

@@ -182,7 +182,7 @@ impl Walls {
     pub fn check_inside(&self, positions: &[[f64; 3]], cell: &PeriodicBox) -> Result<()> {
         for (row, &position) in positions.iter().enumerate() {
             let (distance, wall) = self.nearest(position, cell);
-            if distance.is_nan() || distance < -self.surfaces[wall].rounding() {
+            if distance.is_nan() || distance < -self.rounding() {
                 return Err(Error::Invalid(format!(
                     "`positions` must lie in the fluid, got row {row} at {:.4} supports behind wall {wall}",
                     -distance

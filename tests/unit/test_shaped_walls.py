@@ -226,18 +226,21 @@ def test_planes_at_other_angles_are_refused_with_a_way_out():
 
 
 def test_a_shaped_wall_too_near_to_a_plane_is_refused_and_a_lid_is_not():
-    box = sdpd.Box((6.0, 6.0, 3.0), periodic="xy")
-    lids = sdpd.walls.slab(box, "z")
+    box = sdpd.Box((8.0, 3.0), periodic="x")
+    lids = sdpd.walls.slab(box, "y")
     options = {"resolution": sdpd.Resolution(spacing=0.5, support=2.0, kernel="lucy")}
 
     def scene(function):
-        return reduced_scene(box=box, walls=[sdpd.LevelSet(function=function), *lids], **options)
+        walls = [sdpd.LevelSet(function=function), *lids]
+        return reduced_scene(dimension=2, box=box, walls=walls, **options)
 
-    post = scene(lambda r: np.hypot(r[:, 0] - 3.0, r[:, 1] - 3.0) - 1.2)
-    assert sdpd.Simulation(post, seed=1).n_particles > 100
-    ball = scene(lambda r: np.linalg.norm(r - [3.0, 3.0, 1.5], axis=1) - 1.2)
+    block = scene(lambda r: np.abs(r[:, 0] - 4.0) - 1.05)
+    sim = sdpd.Simulation(block, seed=1)
+    labels = sim._core.wall_link_order()[:, 2]
+    assert labels.max() == 5  # three walls, and the block with each of the lids
+    circle = scene(lambda r: np.linalg.norm(r - [4.0, 1.5], axis=1) - 1.2)
     with pytest.raises(ValueError, match="must be at least one support apart or meet at right"):
-        sdpd.Simulation(ball, seed=1)
+        sdpd.Simulation(circle, seed=1)
 
 
 # --- distances -------------------------------------------------------------------------------

@@ -207,14 +207,17 @@ def _distances(wall: LevelSet, points: Array, box: Box) -> Array:
         along = apart - slope[:, None] * gradient
         size = np.linalg.norm(along, axis=1)
         on_surface = np.abs(off) * np.sqrt(square) <= 1e-6 * step
-        now = np.where(on_surface, np.linalg.norm(apart, axis=1), np.inf)
+        # At the foot what is left is along the normal; to it the error is of second order.
+        arrived = size <= _SLID * step
+        straight = np.abs(slope) * np.sqrt(square)
+        now = np.where(arrived, straight, np.linalg.norm(apart, axis=1))
+        now = np.where(on_surface, now, np.inf)
         best[active] = np.minimum(best[active], now)
         # Onto the surface, and along it: less than the way along the tangent, which overshoots
         # where the surface bends away, and no more than a cell.
         share = np.minimum(_RELAXATION, step / np.maximum(size, 1e-300))
         foot[active] = at + share[:, None] * along - off[:, None] * gradient
-        # the error of the distance is of second order in what is left along the surface
-        active = active[~on_surface | (size > _SLID * step)]
+        active = active[~(on_surface & arrived)]
         if not len(active):
             break
     return np.asarray(np.where(wall.values(points) > 0.0, best, -best))

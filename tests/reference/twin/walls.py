@@ -212,10 +212,12 @@ class WallSystem(System):
         for wall in link.walls:
             stand = self.stands[wall]
             n = stand.normal[link.i] + stand.normal[link.j]
+            straight = n / np.sqrt(np.sum(n**2, axis=1))[:, None]
             if any(isinstance(self.walls[w], Shaped) for w in link.walls):
-                n = 0.5 * n  # nothing is left where the wall faces itself
+                # nothing is left where the wall faces itself
+                n = np.where((link.i == link.j)[:, None], straight, 0.5 * n)
             else:
-                n = n / np.sqrt(np.sum(n**2, axis=1))[:, None]
+                n = straight
             height = stand.distance[link.i] + stand.distance[link.j]
             across += height[:, None] * n
             tangent -= np.sum(link.vector * n, axis=1)[:, None] * n
@@ -226,7 +228,9 @@ class WallSystem(System):
             far = length > 1e-12 * self.support
             return np.where(far[:, None], x / np.where(far, length, 1.0)[:, None], 0.0)
 
-        return unit(across), square, unit(tangent), 1.0 - square
+        along = unit(across)
+        tangent -= np.sum(tangent * along, axis=1)[:, None] * along
+        return along, square, unit(tangent), 1.0 - square
 
     def wall_velocity(self, link: Links) -> Array:
         """Mean of the walls' velocities at both feet."""
