@@ -17,7 +17,7 @@ use crate::state::Particles;
 use crate::sweep::Tally;
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
-use crate::wall::{WallSettings, Walls};
+use crate::wall::{Field, WallSettings, Walls};
 
 /// A displacement per step, in supports, beyond which a run has gone wrong.
 const RUNAWAY: f64 = 1.0;
@@ -61,6 +61,8 @@ pub struct Settings {
     pub periodic: Vec<bool>,
     /// Walls.
     pub walls: Vec<WallSettings>,
+    /// Fields of the walls of any shape.
+    pub fields: Vec<Arc<Field>>,
 }
 
 /// Squared displacements and speed found while moving the particles.
@@ -259,7 +261,14 @@ impl Engine {
             .map_err(|e| Error::Invalid(format!("`threads` = {threads}: {e}")))?;
         let drag = integrator.needs_drag();
         let kernel = &settings.combination.kernel;
-        let walls = Walls::new(&settings.walls, kernel, dimension, &cell, &units)?;
+        let walls = Walls::new(
+            &settings.walls,
+            &settings.fields,
+            kernel,
+            dimension,
+            &cell,
+            &units,
+        )?;
         Ok(Self {
             walls,
             body_force: build_body_force(settings, &units)?,
@@ -498,14 +507,14 @@ impl Engine {
 
     /// Nothing may have left through an axis that is not periodic.
     fn check_limits(&self) -> Result<()> {
-        const ROUNDING: f64 = 1e-9;
+        let room = self.walls.rounding();
         if self.cell.periodic[..self.dimension].iter().all(|&p| p) {
             return Ok(());
         }
         let outside = |position: &[f64; 4]| {
             (0..self.dimension).any(|a| {
                 !self.cell.periodic[a]
-                    && !(-ROUNDING..=self.cell.limits[a] + ROUNDING).contains(&position[a])
+                    && !(-room..=self.cell.limits[a] + room).contains(&position[a])
             })
         };
         match self.particles.position.iter().position(outside) {

@@ -28,7 +28,7 @@ from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.regime import Regime
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
-from sdpd.walls import Cylinder, Plane, Sphere
+from sdpd.walls import Cylinder, LevelSet, Mesh, Plane, Polyline, Sphere
 
 if TYPE_CHECKING:
     from sdpd import analysis, fields, h5md, interop, plot, simulation
@@ -63,10 +63,13 @@ __all__ = [
     "FieldAverage",
     "Fluid",
     "LatticeStart",
+    "LevelSet",
+    "Mesh",
     "Observer",
     "PairSplitting",
     "PairingWarning",
     "Plane",
+    "Polyline",
     "Profile",
     "RandomStart",
     "Regime",

@@ -1,5 +1,6 @@
 """The compiled core. Users want `sdpd.Scene` and `sdpd.Simulation`; this is what those call."""
 
+from collections.abc import Callable
 from typing import Any, TypeAlias, final
 
 import numpy as np
@@ -12,9 +13,11 @@ __all__ = [
     "Correlator",
     "Currents",
     "Profile",
+    "Solid",
     "Stress",
     "StressCorrelator",
     "Thermodynamics",
+    "WallField",
     "WallForces",
     "__version__",
     "check_walls",
@@ -73,6 +76,7 @@ def relax_positions(
     threads: int = 1,
     periodic: list[bool] = ...,
     walls: list[tuple[str, list[float]]] = ...,
+    fields: list[WallField] = ...,
     volume: float | None = None,
 ) -> tuple[_Float, float]: ...
 def kernel_sums(
@@ -91,6 +95,7 @@ def check_walls(
     support: float,
     periodic: list[bool],
     walls: list[tuple[str, list[float]]],
+    fields: list[WallField] = ...,
 ) -> None: ...
 
 @final
@@ -98,6 +103,28 @@ class Thermodynamics:
     @property
     def columns(self) -> list[str]: ...
     def table(self) -> _Float: ...
+
+@final
+class Solid:
+    def __new__(cls, points: _Float, triangles: NDArray[np.uint32], threads: int) -> Solid: ...
+    def distances(self, points: _Float) -> NDArray[np.float64]: ...
+    def crossing(self) -> tuple[int, int] | list[int] | None: ...
+
+@final
+class WallField:
+    def __new__(
+        cls,
+        distance: Callable[[_Float], _Float],
+        edges: list[float],
+        periodic: list[bool],
+        support: float,
+        kernel: str,
+        threads: int,
+        spacing: float | None = None,
+    ) -> WallField: ...
+    def evaluate(self, points: _Float) -> tuple[_Float, _Float, _Float, _Float]: ...
+    def surface(self) -> tuple[_Float, _Float]: ...
+    def report(self) -> dict[str, Any]: ...
 
 @final
 class WallForces:
@@ -159,6 +186,7 @@ class Core:
         flow_speed: float = 0.0,
         periodic: list[bool] = ...,
         walls: list[tuple[str, list[float]]] = ...,
+        fields: list[WallField] = ...,
     ) -> Core: ...
     @property
     def positions(self) -> _Float: ...

@@ -73,6 +73,13 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _written(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings of the core as a file has them: without fields of walls, which follow from the
+    scene.
+    """
+    return _plain({key: value for key, value in settings.items() if key != "fields"})  # type: ignore[no-any-return]
+
+
 def _digest(header: dict[str, Any], arrays: Blobs) -> str:
     """SHA-256 of the header (less this entry) and of all arrays."""
     total = hashlib.sha256()
@@ -103,7 +110,7 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "integrator": {"name": sim.integrator.name, **vars(sim.integrator)},
         "accuracy": dict(sim._accuracy),
         "dt": sim.dt,
-        "settings": _plain(sim._settings),
+        "settings": _written(sim._settings),
         "clock": {name: state[name] for name in _CLOCK},
         "wall_force": [float(x) for x in state["wall_force"]],
         "wall_motions": [wall_motion.motion(wall) for wall in sim.walls],
@@ -240,6 +247,7 @@ class _Content:
             choice = dict(self.header["integrator"])
             self.integrator = integrators.INTEGRATORS[choice.pop("name")](**choice)
             self.settings = _core_settings(self.header["settings"])
+            self.settings.update(self.scene.field_arguments())
             self.dt = validation.positive("dt", self.header["dt"])
             self.accuracy: dict[str, Any] = dict(self.header["accuracy"])
             self.machine: dict[str, Any] = dict(self.header["machine"])
@@ -263,7 +271,7 @@ class _Content:
                 f"it holds {self.header['particles']} particles, its scene {self.scene.n_particles}"
             )
         expected = {**self.scene.core_arguments(), "integrator": self.integrator.name}
-        for name, value in _plain(expected).items():
+        for name, value in _written(expected).items():
             its = self.header["settings"].get(name)
             if not _agree(its, value):
                 raise self.reader.fail(
@@ -413,7 +421,7 @@ def restore(sim: Simulation, path: str | os.PathLike[str]) -> None:
     content = _Content(reader)
     if content.scene != sim.scene:
         raise reader.fail("it belongs to another scene; sdpd.load() makes a new simulation of it")
-    for name, value in _plain(sim._settings).items():
+    for name, value in _written(sim._settings).items():
         its = content.header["settings"].get(name)
         if its != value:
             raise reader.fail(

@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd.box import AXES, Box
-from sdpd.walls import Cylinder, Plane, Sphere, Wall
+from sdpd.walls import Cylinder, Plane, ShapedWall, Sphere, Wall
 
 __all__ = ["Geometry"]
 
 Array = NDArray[np.float64]
 _FACE_POINTS = 24  # along each edge of a face of the box that must be closed
 _CELLS = {2: 1024, 3: 128}  # of the numerical volume, along each axis
+_COARSE_CELLS = {2: 128, 3: 32}  # with walls of any shape, along the longest axis
+_FINE_CELLS = {2: 8, 3: 4}  # in each of them at a wall
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,13 @@ class Geometry:
 
     @property
     def round_walls(self) -> list[Cylinder | Sphere]:
-        """The others."""
+        """The cylinders and spheres."""
         return [wall for wall in self.walls if isinstance(wall, (Cylinder, Sphere))]
+
+    @property
+    def is_shaped(self) -> bool:
+        """Whether there are walls of any shape."""
+        return any(isinstance(wall, ShapedWall) for wall in self.walls)
 
     @cached_property
     def extents(self) -> tuple[tuple[float, float], ...]:
@@ -63,7 +70,7 @@ class Geometry:
     @property
     def is_cuboid(self) -> bool:
         """Whether the fluid fills a box of its own."""
-        return not self.round_walls and not self.is_tilted
+        return not self.round_walls and not self.is_tilted and not self.is_shaped
 
     @property
     def cuboid(self) -> Box:
@@ -77,6 +84,8 @@ class Geometry:
         for (low, high), axis in zip(self.extents, AXES, strict=False):
             if axis not in self.box.periodic_axes:
                 widths.append(high - low)
+        if self.is_shaped:
+            widths.append(2.0 * self._measured[1])
         return min(widths, default=min(self.box.lengths))
 
     def distance(self, points: Array) -> Array:
@@ -91,6 +100,8 @@ class Geometry:
         """Volume of the fluid [length^D]."""
         if not self.walls:
             return self.box.volume
+        if self.is_shaped:
+            return self._measured[0]
         if self.is_tilted:
             return self._numerical_volume()
         lengths = [high - low for low, high in self.extents]
@@ -118,6 +129,28 @@ class Geometry:
             share = np.clip(0.5 + self.distance(grid) / width, 0.0, 1.0)
             total += float(share.sum())
         return total * math.prod(edges)
+
+    @cached_property
+    def _measured(self) -> tuple[float, float]:
+        """Volume and largest distance to a wall, by cells: finer ones where a wall is near."""
+        dimension = self.box.dimension
+        lengths = np.asarray(self.box.lengths)
+        edge = lengths.max() / _COARSE_CELLS[dimension]
+        counts = np.maximum(1, np.ceil(lengths / edge)).astype(int)
+        edges = lengths / counts
+        index = np.indices(counts).reshape(dimension, -1).T
+        centres = (index + 0.5) * edges
+        distance = self.distance(centres)
+        cut = np.abs(distance) < 0.5 * float(np.linalg.norm(edges)) * (1.0 + 1e-9)
+        total = float((distance[~cut] > 0.0).sum())
+        parts = _FINE_CELLS[dimension]
+        offsets = (np.indices((parts,) * dimension).reshape(dimension, -1).T + 0.5) / parts - 0.5
+        width = float(np.prod(edges)) ** (1.0 / dimension) / parts
+        for chunk in np.array_split(centres[cut], max(1, int(cut.sum()) // 4096)):  # memory
+            fine = chunk[:, None, :] + offsets * edges
+            share = np.clip(0.5 + self.distance(fine) / width, 0.0, 1.0)
+            total += float(share.sum()) / len(offsets)
+        return total * float(np.prod(edges)), float(max(distance.max(initial=0.0), 0.0))
 
     def check_closed(self) -> None:
         """Raise ValueError where the fluid reaches an end of the box that is not periodic."""

@@ -28,6 +28,7 @@ from sdpd.box import AXES
 from sdpd.observers import Observer
 
 if TYPE_CHECKING:
+    from sdpd.scene import Scene
     from sdpd.simulation import Simulation
 
 __all__ = ["Frames", "Trajectory", "read"]
@@ -38,6 +39,7 @@ GROUP = "particles/trajectory"  # the name from which MDAnalysis guesses the num
 _PRECISIONS = {"float32": np.float32, "float64": np.float64}
 _AVOGADRO = 6.02214076e23
 _CHUNK_BYTES = 2**16
+_LARGEST_ATTRIBUTE = 60_000  # bytes; HDF5 holds no longer ones beside an object
 
 
 @dataclass(frozen=True)
@@ -193,7 +195,7 @@ class Trajectory(Observer):
         creator = root.create_group("creator")
         creator.attrs["name"], creator.attrs["version"] = "sdpd", sdpd.__version__
         notes = file.create_group("parameters/sdpd")
-        notes.attrs["scene"] = scene.to_toml()
+        _write_scene(notes, scene)
         notes.attrs["seed"] = np.uint64(sim.seed)
         notes.attrs["dimension"] = scene.dimension
         notes.attrs["si"] = scene.fluid.is_si
@@ -400,6 +402,24 @@ class Frames:
         return float((self.time[-1] - self.time[0]) / spacing.size)
 
 
+def _write_scene(notes: Any, scene: Scene) -> None:
+    """TOML of the scene, or where it has none (a wall given by a function) what it prints."""
+    try:
+        text = scene.to_toml()
+    except TypeError:
+        text = str(scene)
+    if len(text.encode()) < _LARGEST_ATTRIBUTE:
+        notes.attrs["scene"] = text
+    else:  # with a mesh of triangles
+        notes.create_dataset("scene", data=text)
+
+
+def _read_scene(notes: Any) -> str:
+    if "scene" in notes:
+        return str(notes["scene"].asstr()[()])
+    return str(notes.attrs["scene"])
+
+
 def read(path: str | os.PathLike[str]) -> Frames:
     """Read a trajectory that `Trajectory` wrote into memory.
 
@@ -450,5 +470,5 @@ def read(path: str | os.PathLike[str]) -> Frames:
             densities=values("density"),
             pressures=values("pressure"),
             mass=group["mass"][:] / (_AVOGADRO * 1e3 if si else 1.0),
-            scene=str(notes["scene"]),
+            scene=_read_scene(file["parameters/sdpd"]),
         )

@@ -88,7 +88,8 @@ def steps_to_next(step: int, every: int) -> int:
     return every - step % every
 
 
-def _available_threads() -> int:
+def available_threads() -> int:
+    """Cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -97,7 +98,7 @@ def _available_threads() -> int:
 def choose_threads(threads: Any, n_particles: int) -> int:
     """Checked threads, or (None) as many as are at hand and worth it."""
     if threads is None:
-        return max(1, min(_available_threads(), n_particles // PARTICLES_PER_THREAD))
+        return max(1, min(available_threads(), n_particles // PARTICLES_PER_THREAD))
     number = validation.integer("threads", threads, minimum=1)
     if number > 4096:
         raise ValueError(f"`threads` must be at most 4096, got {number}")

@@ -9,9 +9,10 @@ import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from sdpd import kernels, validation
+from sdpd import kernels, running, validation
 from sdpd.box import AXES, Box
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
 from sdpd.errors import PairingWarning, ResolutionWarning
@@ -19,9 +20,10 @@ from sdpd.fluids import Fluid
 from sdpd.initial import LatticeStart, RandomStart, Start
 from sdpd.quantities import SceneQuantities
 from sdpd.resolution import Resolution
-from sdpd.walls import Wall
+from sdpd.walls import ShapedWall, Wall
 
 if TYPE_CHECKING:
+    from sdpd._core import WallField
     from sdpd.cost import Cost
     from sdpd.integrators import Integrator
     from sdpd.regime import Regime
@@ -33,6 +35,7 @@ _DENSITY_ERROR = 0.05  # of d/n
 _LEAST_VISCOSITY = 0.8  # eta_eff/eta, warned of
 _LEAST_CALIBRATED = 0.5  # eta_eff/eta that may be divided out
 _CURVATURE = 0.2  # h/R, warned of beyond
+_FIELD = 9  # place of the number of its field among the numbers of a wall of any shape
 _WELL_RESOLVED = 6.0  # h/dx from which all factors are 1 to a few per mille
 
 
@@ -61,9 +64,10 @@ class Scene(SceneQuantities):
         Divide the friction by the lattice factor eta_eff/eta of kernel and support, so that the
         fluid of particles delivers the asked viscosity. (Friction rate and self-diffusion have
         another factor and cannot be right at once.) Refused where that factor is below 0.5.
-    walls : sequence of Plane, Cylinder or Sphere
+    walls : sequence of Plane, Cylinder, Sphere, Polyline, Mesh or LevelSet
         They must close every axis along which the box is not periodic, and be one support apart
-        or meet at right angles.
+        or meet at right angles. Edges at any angle and narrow gaps belong into one Polyline, Mesh
+        or LevelSet.
 
     Raises
     ------
@@ -163,8 +167,14 @@ class Scene(SceneQuantities):
         from sdpd import _core
 
         h = self.support_radius
-        arguments = self.wall_arguments()
-        _core.check_walls(list(self.box.lengths), support=h, **arguments)
+        # Those of any shape wait until there is a simulation: their fields take a while.
+        simple = [wall for wall in self.walls if not isinstance(wall, ShapedWall)]
+        _core.check_walls(
+            list(self.box.lengths),
+            support=h,
+            periodic=self._periodicity(),
+            walls=[wall.core(self.box) for wall in simple],
+        )
         self._check_own_images()
         force = self.body_force
         if isinstance(force, SinusoidalForce) and force.along not in self.box.periodic_axes:
@@ -187,7 +197,7 @@ class Scene(SceneQuantities):
         """Fluid inside a round wall must not reach its periodic image through the wall."""
         h = self.support_radius
         for index, wall in enumerate(self.walls):
-            if getattr(wall, "fluid", "outside") == "outside":
+            if isinstance(wall, ShapedWall) or getattr(wall, "fluid", "outside") == "outside":
                 continue
             diameter = 2.0 * (wall.radius_of_curvature or 0.0)
             for axis, length in zip(AXES, self.box.lengths, strict=False):
@@ -338,11 +348,40 @@ class Scene(SceneQuantities):
         """Periodic axes and walls as keyword arguments of the core; none without walls."""
         if not self.walls:
             return {}
-        axes = AXES[: self.dimension]
-        return {
-            "periodic": [axis in self.box.periodic_axes for axis in axes],
-            "walls": [wall.core(self.box) for wall in self.walls],
-        }
+        walls, fields = [], 0
+        for wall in self.walls:
+            kind, numbers = wall.core(self.box)
+            if isinstance(wall, ShapedWall):
+                numbers[_FIELD], fields = float(fields), fields + 1
+            walls.append((kind, numbers))
+        return {"periodic": self._periodicity(), "walls": walls, **self.field_arguments()}
+
+    def _periodicity(self) -> list[bool]:
+        return [axis in self.box.periodic_axes for axis in AXES[: self.dimension]]
+
+    def field_arguments(self) -> dict[str, Any]:
+        """Fields of the walls of any shape as a keyword argument of the core; none without them.
+
+        Warns
+        -----
+        ResolutionWarning
+            If such a wall is thinner than a support, or coarser than half of one.
+        """
+        return {"fields": self._fields} if self._fields else {}
+
+    @cached_property
+    def _fields(self) -> list[WallField]:
+        return [
+            wall.field(
+                self.box,
+                self.support_radius,
+                self.resolution.kernel,
+                name=f"walls[{index}]",
+                threads=running.available_threads(),
+            )
+            for index, wall in enumerate(self.walls)
+            if isinstance(wall, ShapedWall)
+        ]
 
     def regime(self, integrator: Integrator | str | None = None) -> Regime:
         """Dimensionless numbers of the scene, each with what it means here."""

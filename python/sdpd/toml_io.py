@@ -72,11 +72,23 @@ def _plain(value: Any) -> Any:
     return {name: _plain(item) for name, item in pairs if item is not None}
 
 
+def _wall(wall: walls.Wall) -> dict[str, Any]:
+    """A wall less what has its default, so that a Mesh is its points and triangles alone."""
+    shaped = isinstance(wall, walls.ShapedWall)
+    defaults = {field.name: field.default for field in fields(wall)} if shaped else {}  # type: ignore[arg-type]
+    return {name: value for name, value in _plain(wall).items() if value != defaults.get(name)}
+
+
 def _name_of(value: object, table: dict[str, Any], where: str) -> str:
     for name, kind in table.items():
         if type(value) is kind:
             return name
     known = ", ".join(kind.__name__ for kind in table.values())
+    if isinstance(value, walls.LevelSet):
+        raise TypeError(
+            f"`{where}` is a LevelSet, a function, which no file can hold: a scene with one cannot "
+            f"be written, nor a simulation of it saved; use one of {known}"
+        )
     raise TypeError(
         f"`{where}` must be of a built-in class ({known}) to be written to TOML, got an object of "
         f"the class {type(value).__name__}"
@@ -101,7 +113,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
     data["effects"] = _plain(scene.effects)
     if scene.walls:
         data["walls"] = [
-            {"kind": _name_of(wall, walls.KINDS, f"walls[{index}]"), **_plain(wall)}
+            {"kind": _name_of(wall, walls.KINDS, f"walls[{index}]"), **_wall(wall)}
             for index, wall in enumerate(scene.walls)
         ]
     if scene.body_force is not None:
@@ -170,6 +182,13 @@ def _kind(data: Any, where: str, table: dict[str, type[T]]) -> T:
     return build(table[chosen], rest, where)
 
 
+def _found(wall: Any, folder: Path) -> Any:
+    """The table of a wall with the path of its file."""
+    if isinstance(wall, dict) and isinstance(wall.get("file"), str):
+        return {**wall, "file": str(folder / wall["file"])}
+    return wall
+
+
 def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
     """A scene from TOML text, or from the file of a path object or of a name ending in .toml."""
     if sys.version_info >= (3, 11):
@@ -178,8 +197,10 @@ def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
         import tomli as tomllib
 
     is_name = isinstance(source, str) and "\n" not in source and source.endswith(".toml")
+    folder = Path()
     if isinstance(source, os.PathLike) or is_name:
         content = Path(source).read_text(encoding="utf-8")
+        folder = Path(source).parent  # names of files in it are relative to it
     else:
         content = validation.text("source", source)
     try:
@@ -205,7 +226,8 @@ def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
         if not isinstance(data["walls"], list):
             raise TypeError(f"`walls` must be an array of tables, got {data['walls']!r}")
         arguments["walls"] = tuple(
-            _kind(wall, f"walls[{index}]", walls.KINDS) for index, wall in enumerate(data["walls"])
+            _kind(_found(wall, folder), f"walls[{index}]", walls.KINDS)
+            for index, wall in enumerate(data["walls"])
         )
     if "body_force" in data:
         arguments["body_force"] = _kind(data["body_force"], "body_force", _FORCES)

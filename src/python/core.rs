@@ -14,6 +14,7 @@ use super::observers::{
     CorrelatorHandle, CurrentsHandle, ProfileHandle, StressCorrelatorHandle, StressHandle,
     ThermodynamicsHandle, WallForcesHandle,
 };
+use super::walls::WallField;
 use crate::effect::AccelerationField;
 use crate::neighbor::ROUNDS;
 use crate::observe::{Coordinate, Profile};
@@ -112,16 +113,15 @@ fn check_places(engine: &Engine, positions: &[f64]) -> PyResult<()> {
 /// Positions [h], by row, must lie in the fluid: before the walls, and within the box along axes that
 /// are not periodic.
 fn check_inside(py: Python<'_>, engine: &Engine, places: &[[f64; 3]]) -> PyResult<()> {
-    const ROUNDING: f64 = 1e-9;
+    let room = engine.walls.rounding();
     let cell = &engine.cell;
     engine
         .walls
         .check_inside(places, cell)
         .map_err(|e| to_python(py, &e))?;
     let outside = |place: &[f64; 3]| {
-        (0..engine.dimension).any(|a| {
-            !cell.periodic[a] && !(-ROUNDING..=cell.limits[a] + ROUNDING).contains(&place[a])
-        })
+        (0..engine.dimension)
+            .any(|a| !cell.periodic[a] && !(-room..=cell.limits[a] + room).contains(&place[a]))
     };
     match places.iter().position(outside) {
         None => Ok(()),
@@ -276,7 +276,8 @@ impl Core {
     #[new]
     #[pyo3(signature = (positions, velocities, *, r#box, support, mass, thermal_energy, kernel, friction,
         friction_across, friction_along, eos, noise, integrator, iterations, body_force, dt, seed, skin,
-        threads, flow_speed=0.0, periodic=Vec::new(), walls=Vec::new()))]
+        threads, flow_speed=0.0, periodic=Vec::new(), walls=Vec::new(),
+        fields=Vec::new()))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -302,6 +303,7 @@ impl Core {
         flow_speed: f64,
         periodic: Vec<bool>,
         walls: Vec<WallSettings>,
+        fields: Vec<PyRef<'_, WallField>>,
     ) -> PyResult<Self> {
         let (positions, velocities) = (positions.as_array(), velocities.as_array());
         let n = positions.nrows();
@@ -331,6 +333,7 @@ impl Core {
             threads,
             periodic,
             walls,
+            fields: fields.iter().map(|f| f.field.clone()).collect(),
         };
         let mut engine = Engine::new(n, &settings).map_err(|e| to_python(py, &e))?;
         if positions.ncols() != dimension {

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use super::errors::to_python;
+use super::walls::WallField;
 use crate::domain::PeriodicBox;
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::neighbor::{SkinModel, automatic_skin};
@@ -168,7 +169,7 @@ fn registry_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     Ok(rows)
 }
 
-fn to_table(
+pub(super) fn to_table(
     py: Python<'_>,
     values: Vec<f64>,
     dimension: usize,
@@ -207,7 +208,7 @@ fn uniform_positions(
 /// relative spread of their density.
 #[pyfunction]
 #[pyo3(signature = (positions, edges, support, iterations, first=0, last=None, threads=1,
-    periodic=Vec::new(), walls=Vec::new(), volume=None))]
+    periodic=Vec::new(), walls=Vec::new(), fields=Vec::new(), volume=None))]
 #[allow(clippy::too_many_arguments)]
 fn relax_positions<'py>(
     py: Python<'py>,
@@ -220,6 +221,7 @@ fn relax_positions<'py>(
     threads: usize,
     mut periodic: Vec<bool>,
     walls: Vec<WallSettings>,
+    fields: Vec<PyRef<'py, WallField>>,
     volume: Option<f64>,
 ) -> PyResult<(Bound<'py, PyArray2<f64>>, f64)> {
     let dimension = edges.len();
@@ -240,7 +242,8 @@ fn relax_positions<'py>(
         velocity: 1.0,
         dimension: dimension as i32,
     };
-    let mut walls = Walls::new(&walls, WendlandC2::NAME, dimension, &cell, &units)
+    let fields: Vec<_> = fields.iter().map(|f| f.field.clone()).collect();
+    let mut walls = Walls::new(&walls, &fields, WendlandC2::NAME, dimension, &cell, &units)
         .map_err(|e| to_python(py, &e))?;
     let volume = volume.map_or_else(
         || cell.edges[..dimension].iter().product(),
@@ -330,12 +333,14 @@ fn curvature_weight<'py>(
 
 /// Raises `ValueError` if the walls do not go together, or not with the box.
 #[pyfunction]
+#[pyo3(signature = (edges, support, periodic, walls, fields=Vec::new()))]
 fn check_walls(
     py: Python<'_>,
     edges: Vec<f64>,
     support: f64,
     periodic: Vec<bool>,
     walls: Vec<WallSettings>,
+    fields: Vec<PyRef<'_, WallField>>,
 ) -> PyResult<()> {
     let dimension = edges.len();
     check_dimension(dimension)?;
@@ -353,7 +358,8 @@ fn check_walls(
         velocity: 1.0,
         dimension: dimension as i32,
     };
-    Walls::new(&walls, WendlandC2::NAME, dimension, &cell, &units)
+    let fields: Vec<_> = fields.iter().map(|f| f.field.clone()).collect();
+    Walls::new(&walls, &fields, WendlandC2::NAME, dimension, &cell, &units)
         .map(|_| ())
         .map_err(|e| to_python(py, &e))
 }

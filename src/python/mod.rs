@@ -6,6 +6,7 @@ mod errors;
 mod fields;
 mod functions;
 mod observers;
+mod walls;
 
 use pyo3::prelude::*;
 
@@ -22,5 +23,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     fields::register(module)?;
     module.add_class::<observers::WallForcesHandle>()?;
     module.add_class::<observers::ProfileHandle>()?;
+    module.add_class::<walls::SolidHandle>()?;
+    module.add_class::<walls::WallField>()?;
     functions::register(module)
 }

@@ -64,7 +64,8 @@ impl<'a> Scenery<'a> {
     }
 
     fn view(&self, link: &Link, r: [f64; 3]) -> Option<View> {
-        let order = self.images[link.image as usize].order;
+        let Image { order, shaped, .. } = self.images[link.image as usize];
+        let own = link.slots[0] == link.slots[1];
         let mut r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
         let mut weight = 1.0;
         for k in 0..order {
@@ -82,7 +83,12 @@ impl<'a> Scenery<'a> {
         for k in 0..order {
             let (one, other) = self.pair(link, k);
             let sum = [0, 1, 2].map(|a| one.foot.normal[a] + other.foot.normal[a]);
-            let normal = unit(sum);
+            // Where a wall of any shape faces itself both gradients cancel, and no direction is left.
+            let normal = if shaped && !own {
+                sum.map(|x| 0.5 * x)
+            } else {
+                unit(sum)
+            };
             let height = one.foot.distance + other.foot.distance;
             let along = dot(r, normal);
             for a in 0..3 {
@@ -146,7 +152,7 @@ pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],

@@ -1,13 +1,14 @@
 //! Forces by images. Conservative: the exact gradient of U = sum u(d_i) with the images in d_i; with
 //! A = P/d^2, w = psi_i psi_j and a prime for d/dphi (one wall)
 //!     f_i = (A_i + A_j) [w F(r_iJ) (r_ij + 2 phi_j n_i) - W(r_iJ) psi'_i psi_j n_i],
-//!     own: f_i = A_i [psi_i^2 F 4 phi_i - 2 psi_i psi'_i W] n_i.
+//!     own: f_i = A_i [psi_i^2 F 4 phi_i - 2 psi_i psi'_i W] n_i;
+//! at a field wall the gradients of phi and psi take the place of n and psi' n.
 //! Drag and noise: physics/friction.rs.
 
 use std::marker::PhantomData;
 
 use super::Shared;
-use super::wall::{Scenery, collect, for_each_links, for_each_near};
+use super::wall::{Scenery, collect, cross, for_each_links, for_each_near};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{FrictionForm, Kick};
@@ -61,10 +62,14 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
             for (force, (here, there)) in forces.iter_mut().zip([(one, other), (other, one)]) {
                 let push = 2.0 * slope * there.foot.distance - value * here.slope / here.weight;
                 let wrench = &mut tally[here.wall as usize];
+                let climb = -value / here.weight;
+                let f = [0, 1, 2].map(|a| push * here.foot.normal[a] + climb * here.climb[a]);
+                // At a round wall along the arm: no torque.
+                let torque = cross(here.foot.arm, f);
                 for a in 0..3 {
-                    let f = push * here.foot.normal[a];
-                    force[a] += f;
-                    wrench[a] -= f; // along the arm: no torque
+                    force[a] += f[a];
+                    wrench[a] -= f[a];
+                    wrench[3 + a] -= torque[a];
                 }
             }
         }

@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::geometry::{cross, dot};
-use super::{TASK, Walls, Wrench};
+use super::{Shape, TASK, Walls, Wrench};
 use crate::domain::PeriodicBox;
 use crate::state::Particles;
 use crate::sweep::Shared;
@@ -67,12 +67,15 @@ impl Walls {
                 let wall = site.wall as usize;
                 let at = [x[0], x[1], x[2]];
                 let surface = &self.surfaces[wall];
-                let distance = surface.distance(at, cell);
-                if distance >= 0.0 {
+                if surface.distance(at, cell) >= 0.0 {
                     continue;
                 }
+                let mut foot = surface.foot(at, cell);
+                if let Shape::Field { .. } = surface.shape {
+                    foot = foot.straightened();
+                }
+                let distance = foot.distance;
                 crossed |= distance < -ROUNDING;
-                let foot = surface.foot(at, cell);
                 let relative = [0, 1, 2].map(|a| v[a] - foot.velocity[a]);
                 let turn = -2.0 * dot(relative, foot.normal).min(0.0);
                 let change = foot.normal.map(|n| turn * n);

@@ -1,19 +1,25 @@
-//! Smooth walls: signed distance, normal into the fluid, curvature, and how the surface moves.
+//! Walls: signed distance, normal into the fluid, curvature, and how the surface moves.
 //! Lengths in supports, velocities in units of the scene's speed.
 
+use std::sync::Arc;
+
+use super::field::{Facet, Field, Local};
 use crate::domain::PeriodicBox;
 use crate::error::{Error, Result};
 use crate::units::Units;
 use crate::valid::{finite, positive};
 
-/// A wall as the user gives it: its name ("plane", "cylinder", "sphere") and its numbers, in the
-/// user's units. Plane: point, normal, velocity (3 each). Cylinder: centre (3), axis (0, 1, 2),
+/// A wall as the user gives it: its name ("plane", "cylinder", "sphere", "field") and its numbers, in
+/// the user's units. Plane: point, normal, velocity (3 each). Cylinder: centre (3), axis (0, 1, 2),
 /// radius, +1 for fluid outside and -1 inside, velocity (3), spin (3). Sphere: the same without
-/// axis. Last of all 1 for a wall on which the fluid slips, else 0.
+/// axis. Field: centre, velocity, spin, and the index of its field. Last of all 1 for a wall on which the fluid slips, else 0.
 pub type WallSettings = (String, Vec<f64>);
 
+/// Largest part of a field wall's velocity across its surface: grid and facets are not exact.
+const ALONG: f64 = 0.05;
+
 /// The form of a wall.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum Shape {
     /// A plane through a point, with the unit normal into the fluid.
     Plane {
@@ -33,10 +39,17 @@ pub enum Shape {
         /// +1 with the fluid outside, -1 with the fluid inside.
         side: f64,
     },
+    /// Any form.
+    Field {
+        /// Its distances and weights.
+        field: Arc<Field>,
+        /// What it turns about, and torques are taken about.
+        centre: [f64; 3],
+    },
 }
 
 /// A wall: its form and its motion, which never changes its place.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Surface {
     /// Form.
     pub shape: Shape,
@@ -53,11 +66,11 @@ pub struct Surface {
 pub struct Foot {
     /// Signed distance, > 0 in the fluid.
     pub distance: f64,
-    /// Its gradient: the normal into the fluid.
+    /// Its gradient: the normal into the fluid; of a field wall of length 1 to its accuracy only.
     pub normal: [f64; 3],
     /// Velocity of the wall at the foot of the perpendicular.
     pub velocity: [f64; 3],
-    /// From the centre of a round wall to the particle; 0 for a plane.
+    /// From the centre of the wall to the particle; 0 for a plane.
     pub arm: [f64; 3],
 }
 
@@ -73,18 +86,38 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     ]
 }
 
+impl Foot {
+    /// The same with a normal of length 1 and the distance along it, which a spline has to first order
+    /// only.
+    pub fn straightened(self) -> Self {
+        let length = dot(self.normal, self.normal).sqrt().max(1e-3);
+        Self {
+            distance: self.distance / length,
+            normal: self.normal.map(|x| x / length),
+            ..self
+        }
+    }
+}
+
 impl Surface {
     /// Checks and scales what the user gave.
-    pub fn parse(wall: &WallSettings, index: usize, d: usize, units: &Units) -> Result<Self> {
+    pub fn parse(
+        wall: &WallSettings,
+        index: usize,
+        d: usize,
+        units: &Units,
+        fields: &[Arc<Field>],
+    ) -> Result<Self> {
         let (kind, numbers) = wall;
         let name = format!("walls[{index}]");
         let count = match kind.as_str() {
             "plane" => 10,
             "cylinder" => 13,
             "sphere" => 12,
+            "field" => 11,
             other => {
                 return Err(Error::Invalid(format!(
-                    "`{name}` must be a \"plane\", a \"cylinder\" or a \"sphere\", got {other:?}"
+                    "`{name}` must be a \"plane\", a \"cylinder\", a \"sphere\" or a \"field\", got {other:?}"
                 )));
             }
         };
@@ -107,7 +140,24 @@ impl Surface {
             })
         };
         let slip = numbers[count - 1] != 0.0;
-        let surface = if kind == "plane" {
+        let surface = if kind == "field" {
+            let Some(field) = fields.get(numbers[9] as usize) else {
+                return Err(Error::Invalid(format!(
+                    "`{name}` must name one of {} fields, got {}",
+                    fields.len(),
+                    numbers[9]
+                )));
+            };
+            Self {
+                shape: Shape::Field {
+                    field: Arc::clone(field),
+                    centre: triple(0, units.length),
+                },
+                velocity: triple(3, units.velocity),
+                spin: std::array::from_fn(|a| numbers[6 + a] * units.time()),
+                slip,
+            }
+        } else if kind == "plane" {
             let normal = triple(3, 1.0);
             let length = positive(&name, dot(normal, normal).sqrt())?;
             Self {
@@ -175,14 +225,36 @@ impl Surface {
                     ));
                 }
             }
+            Shape::Field { .. } => {
+                if d == 2 && (self.spin[0] != 0.0 || self.spin[1] != 0.0) {
+                    return complain("turn about z in two dimensions");
+                }
+            }
         }
         Ok(())
+    }
+
+    /// Bytes held by a field.
+    pub fn bytes(&self) -> usize {
+        match &self.shape {
+            Shape::Field { field, .. } => field.bytes(),
+            _ => 0,
+        }
+    }
+
+    /// How far behind the wall a start may lie [h]: the spline of a field wall rounds off edges, and a
+    /// particle next to one comes back in the first step.
+    pub fn rounding(&self) -> f64 {
+        match self.shape {
+            Shape::Field { .. } => 0.03,
+            _ => 1e-9,
+        }
     }
 
     /// Sum of the principal curvatures, > 0 where the fluid is inside.
     pub fn curvature(&self) -> f64 {
         match self.shape {
-            Shape::Plane { .. } => 0.0,
+            Shape::Plane { .. } | Shape::Field { .. } => 0.0,
             Shape::Round {
                 axis, radius, side, ..
             } => -side * if axis.is_some() { 1.0 } else { 2.0 } / radius,
@@ -214,6 +286,54 @@ impl Surface {
                 let radial = self.radial(position, cell);
                 side * (dot(radial, radial).sqrt() - radius)
             }
+            Shape::Field { ref field, .. } => field.distance(position),
+        }
+    }
+
+    /// Refuses a field wall whose motion would carry it out of its place.
+    pub fn check_motion(&self, index: usize, cell: &PeriodicBox, units: &Units) -> Result<()> {
+        let Shape::Field { ref field, centre } = self.shape else {
+            return Ok(());
+        };
+        if self.velocity == [0.0; 3] && self.spin == [0.0; 3] {
+            return Ok(());
+        }
+        let velocity = |facet: &Facet| {
+            let arm = [0, 1, 2].map(|a| cell.separation(a, facet.position[a] - centre[a]));
+            let turning = cross(self.spin, arm);
+            [0, 1, 2].map(|a| self.velocity[a] + turning[a])
+        };
+        let facets = field.report.surface.iter();
+        let speed = facets.clone().map(|f| dot(velocity(f), velocity(f)).sqrt());
+        let limit = ALONG * speed.fold(0.0, f64::max);
+        let across = |facet: &Facet| dot(velocity(facet), facet.normal);
+        match facets.max_by(|f, g| across(f).abs().total_cmp(&across(g).abs())) {
+            Some(worst) if across(worst).abs() > limit => Err(Error::Invalid(format!(
+                "`walls[{index}]` must stay in its place: each part of it may move along the surface only, got {:.4} across it at {:?}",
+                across(worst) * units.velocity,
+                worst.position.map(|x| x * units.length)
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Foot of a field wall, where it is known what phi is there.
+    pub(super) fn field_foot(
+        &self,
+        centre: [f64; 3],
+        local: &Local,
+        position: [f64; 3],
+        cell: &PeriodicBox,
+    ) -> Foot {
+        let arm = [0, 1, 2].map(|a| cell.separation(a, position[a] - centre[a]));
+        let slope = dot(local.gradient, local.gradient).max(1e-12);
+        let foot = [0, 1, 2].map(|a| arm[a] - local.distance * local.gradient[a] / slope);
+        let turning = cross(self.spin, foot);
+        Foot {
+            distance: local.distance,
+            normal: local.gradient,
+            velocity: [0, 1, 2].map(|a| self.velocity[a] + turning[a]),
+            arm,
         }
     }
 
@@ -239,6 +359,9 @@ impl Surface {
                     arm,
                 }
             }
+            Shape::Field { ref field, centre } => {
+                self.field_foot(centre, &field.at(position), position, cell)
+            }
         }
     }
 }
@@ -257,7 +380,7 @@ mod tests {
     }
 
     fn parse(kind: &str, numbers: &[f64]) -> Result<Surface> {
-        Surface::parse(&(kind.into(), numbers.to_vec()), 0, 3, &units())
+        Surface::parse(&(kind.into(), numbers.to_vec()), 0, 3, &units(), &[])
     }
 
     fn close(a: [f64; 3], b: [f64; 3]) {

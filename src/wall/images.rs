@@ -1,9 +1,13 @@
 //! Which images there are: one for each wall, and images of images where walls meet at right angles.
 //! An image over a set of walls moves with -v_j if their number is odd and with +v_j if it is even.
 
+use super::field::Field;
 use super::geometry::{Shape, Surface, dot};
 use crate::domain::PeriodicBox;
 use crate::error::{Error, Result};
+
+/// Largest cosine of the angle at which a field wall meets another wall "at right angles".
+const RIGHT: f64 = 0.05;
 
 /// Most kinds of images: their labels share a byte of the noise key with the half step.
 const MOST: usize = 127;
@@ -19,6 +23,8 @@ pub struct Image {
     pub label: u8,
     /// Is there friction with it? Not where the fluid slips on one of the walls.
     pub friction: bool,
+    /// Is one of the walls of any shape?
+    pub shaped: bool,
 }
 
 impl Image {
@@ -82,7 +88,7 @@ fn planes(index: [usize; 2], one: &Shape, other: &Shape) -> Result<Relation> {
     }
     refuse(
         index,
-        "are planes at an angle that is not a right one, which is not supported",
+        "are planes at an angle that is not a right one: describe both by one Polyline, LevelSet or Mesh",
     )
 }
 
@@ -107,7 +113,7 @@ fn plane_and_round(index: [usize; 2], plane: &Shape, round: &Shape) -> Result<Re
         if along > 1e-9 {
             return refuse(
                 index,
-                "are a plane and a cylinder at an angle that is not a right one, which is not supported",
+                "are a plane and a cylinder at an angle that is not a right one: describe both by one LevelSet or Mesh",
             );
         }
     }
@@ -154,9 +160,46 @@ fn rounds(index: [usize; 2], one: &Shape, other: &Shape, cell: &PeriodicBox) -> 
     gap(index, outer - distance - inner)
 }
 
+/// A field wall and another wall: a support apart, or at right angles wherever they are nearer.
+fn field_and(
+    index: [usize; 2],
+    field: &Field,
+    other: &Surface,
+    cell: &PeriodicBox,
+) -> Result<Relation> {
+    let room = 2.0 * field.report.spacing[0];
+    let mut meet = false;
+    for facet in &field.report.surface {
+        let inside = |a: usize| {
+            cell.periodic[a] || (-room..=cell.limits[a] + room).contains(&facet.position[a])
+        };
+        let foot = other.foot(facet.position, cell);
+        if !(0..3).all(inside) || !(-room..1.0 - 1e-9).contains(&foot.distance) {
+            continue;
+        }
+        if dot(foot.normal, facet.normal).abs() > RIGHT {
+            return refuse(
+                index,
+                &format!(
+                    "must be at least one support apart or meet at right angles, got a gap of {:.4} supports at {:?} supports: describe both by one Polyline, LevelSet or Mesh",
+                    foot.distance, facet.position
+                ),
+            );
+        }
+        meet = true;
+    }
+    Ok(if meet {
+        Relation::Corner
+    } else {
+        Relation::Apart
+    })
+}
+
 fn relation(index: [usize; 2], surfaces: &[Surface], cell: &PeriodicBox) -> Result<Relation> {
     let (one, other) = (&surfaces[index[0]].shape, &surfaces[index[1]].shape);
     match (one, other) {
+        (Shape::Field { field, .. }, _) => field_and(index, field, &surfaces[index[1]], cell),
+        (_, Shape::Field { field, .. }) => field_and(index, field, &surfaces[index[0]], cell),
         (Shape::Plane { .. }, Shape::Plane { .. }) => planes(index, one, other),
         (Shape::Plane { .. }, Shape::Round { .. }) => plane_and_round(index, one, other),
         (Shape::Round { .. }, Shape::Plane { .. }) => plane_and_round(index, other, one),
@@ -239,6 +282,9 @@ pub fn images(surfaces: &[Surface], cell: &PeriodicBox) -> Result<Vec<Image>> {
             order,
             label: k as u8 + 1,
             friction: walls[..order].iter().all(|&w| !surfaces[w].slip),
+            shaped: walls[..order]
+                .iter()
+                .any(|&w| matches!(surfaces[w].shape, Shape::Field { .. })),
         })
         .collect())
 }
@@ -304,20 +350,20 @@ mod tests {
             |walls: &[Surface], periodic| images(walls, &cell(periodic)).unwrap_err().to_string();
         let free = [false; 3];
         let floor = plane([0.0; 3], [0.0, 0.0, 1.0]);
-        assert!(text(&[floor], [true; 3]).contains("periodic axis z"));
+        assert!(text(std::slice::from_ref(&floor), [true; 3]).contains("periodic axis z"));
         let lid = plane([0.0, 0.0, 0.7], [0.0, 0.0, -1.0]);
-        assert!(text(&[floor, lid], free).contains("gap of 0.7000"));
+        assert!(text(&[floor.clone(), lid], free).contains("gap of 0.7000"));
         let slope = plane([9.0; 3], [0.0, -0.6, -0.8]);
-        assert!(text(&[floor, slope], free).contains("not a right one"));
-        assert!(text(&[floor, floor], free).contains("same way"));
+        assert!(text(&[floor.clone(), slope], free).contains("not a right one"));
+        assert!(text(&[floor.clone(), floor.clone()], free).contains("same way"));
         let post = round([4.5, 4.5, 2.5], Some(0), 2.0, 1.0);
         assert!(text(&[floor, post], free).contains("gap of 0.5000"));
         let big = round([4.5; 3], Some(2), 4.2, 1.0);
         assert!(text(&[big], [true; 3]).contains("its own image"));
         let pipe = round([4.5; 3], Some(2), 4.0, -1.0);
-        assert!(text(&[pipe, pipe], free).contains("both have the fluid inside"));
+        assert!(text(&[pipe.clone(), pipe.clone()], free).contains("both have the fluid inside"));
         let rod = round([4.5, 5.5, 0.0], Some(2), 2.5, 1.0);
-        assert!(text(&[pipe, rod], free).contains("gap of 0.5000"));
+        assert!(text(&[pipe.clone(), rod], free).contains("gap of 0.5000"));
         assert!(images(&[pipe, round([4.5; 3], Some(2), 2.0, 1.0)], &cell(free)).is_ok());
     }
 }

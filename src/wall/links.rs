@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Foot, TASK, Walls, Wrench};
+use super::{Foot, Shape, TASK, Walls, Wrench};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
 use crate::physics::LinkAxes;
@@ -28,10 +28,12 @@ pub struct Site {
     pub wall: u32,
     /// phi, normal, velocity of the wall, arm of the torque.
     pub foot: Foot,
-    /// psi = 1 + K p(phi).
+    /// psi.
     pub weight: f64,
     /// d psi/d phi.
     pub slope: f64,
+    /// Gradient of psi at a field wall, in place of `slope`.
+    pub climb: [f64; 3],
 }
 
 /// A pair whose image distance may be below the support.
@@ -169,7 +171,15 @@ impl Walls {
             .for_each(|site| {
                 let record = &particles.position[site.slot as usize];
                 let wall = site.wall as usize;
-                site.foot = surfaces[wall].foot([record[0], record[1], record[2]], cell);
+                let position = [record[0], record[1], record[2]];
+                let surface = &surfaces[wall];
+                if let Shape::Field { field, centre } = &surface.shape {
+                    let local = field.at(position);
+                    site.foot = surface.field_foot(*centre, &local, position, cell);
+                    (site.weight, site.climb) = (local.weight, local.climb);
+                    return;
+                }
+                site.foot = surface.foot(position, cell);
                 (site.weight, site.slope) = match weight {
                     Some(weight) if curvature[wall] != 0.0 => {
                         let (p, slope) = weight.at(site.foot.distance);

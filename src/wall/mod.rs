@@ -4,21 +4,29 @@
 //!
 //! - distance to the image: r_iJ^2 = r_ij^2 + 4 phi_i phi_j, with phi the distance to the wall;
 //! - weight of the image: w_ij = psi_i psi_j, psi = 1 + K h p(phi/h) (curvature.rs);
-//! - where walls meet at right angles, images of images: 4 phi_i phi_j and psi_i psi_j of each wall.
+//! - where walls meet at right angles, images of images: 4 phi_i phi_j and psi_i psi_j of each wall;
+//! - at walls of any other shape psi is solved for in space, so that one image of each particle
+//!   completes the density at edges, in corners and in gaps as well (field/).
 //!
 //! As r_iJ >= r_ij, links to images are among the pairs of the neighbour list: they are found when
 //! the list is built, and a step visits nothing but particles near walls.
 
 mod bounce;
 mod curvature;
+mod field;
 mod geometry;
 mod images;
 mod links;
+mod solid;
 
 pub use curvature::CurvatureWeight;
+pub use field::{Facet, Field, Local, Report};
 pub use geometry::{Foot, Shape, Surface, WallSettings};
 pub use images::{Image, images};
 pub use links::{BlockLinks, Link, Near, OwnImages, Site, View};
+pub use solid::Solid;
+
+use std::sync::Arc;
 
 use crate::domain::PeriodicBox;
 use crate::error::{Error, Result};
@@ -58,9 +66,10 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// Parses and checks the walls of a scene.
+    /// Parses and checks the walls of a scene; "field" walls name one of the `fields`.
     pub fn new(
         settings: &[WallSettings],
+        fields: &[Arc<Field>],
         kernel: &str,
         dimension: usize,
         cell: &PeriodicBox,
@@ -68,7 +77,9 @@ impl Walls {
     ) -> Result<Self> {
         let mut surfaces = Vec::with_capacity(settings.len());
         for (index, wall) in settings.iter().enumerate() {
-            surfaces.push(Surface::parse(wall, index, dimension, units)?);
+            let surface = Surface::parse(wall, index, dimension, units, fields)?;
+            surface.check_motion(index, cell, units)?;
+            surfaces.push(surface);
         }
         Self::of(surfaces, kernel, dimension, cell)
     }
@@ -104,6 +115,14 @@ impl Walls {
     #[inline]
     pub fn any(&self) -> bool {
         !self.surfaces.is_empty()
+    }
+
+    /// How far beyond the walls a particle may be by rounding [h].
+    pub fn rounding(&self) -> f64 {
+        self.surfaces
+            .iter()
+            .map(Surface::rounding)
+            .fold(1e-9, f64::max)
     }
 
     /// Smallest distance to a wall, and which: negative outside of the fluid.
@@ -145,7 +164,9 @@ impl Walls {
     pub fn bytes(&self) -> usize {
         let links: usize = self.links.iter().map(BlockLinks::bytes).sum();
         let own: usize = self.tasks.iter().map(|task| task.views.capacity()).sum();
+        let fields: usize = self.surfaces.iter().map(Surface::bytes).sum();
         links
+            + fields
             + size_of::<View>() * own
             + size_of::<Near>() * self.near.capacity()
             + size_of::<Site>() * self.sites.capacity()
@@ -161,7 +182,7 @@ impl Walls {
     pub fn check_inside(&self, positions: &[[f64; 3]], cell: &PeriodicBox) -> Result<()> {
         for (row, &position) in positions.iter().enumerate() {
             let (distance, wall) = self.nearest(position, cell);
-            if distance.is_nan() || distance < -1e-9 {
+            if distance.is_nan() || distance < -self.rounding() {
                 return Err(Error::Invalid(format!(
                     "`positions` must lie in the fluid, got row {row} at {:.4} supports behind wall {wall}",
                     -distance

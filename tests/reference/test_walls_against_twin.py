@@ -6,6 +6,7 @@ slide and turn. The bound is 1e-12 of the rms force.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -13,12 +14,21 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import sdpd
 from sdpd import _core
 
 from .build import coefficients, maxwell
 from .twin import KERNELS
 from .twin.integrators import exchange_sweep
-from .twin.walls import NO_EDGE, Plane, Round, Wall, WallSystem, solve_curvature_weight
+from .twin.walls import (
+    NO_EDGE,
+    Plane,
+    Round,
+    Shaped,
+    Wall,
+    WallSystem,
+    solve_curvature_weight,
+)
 
 Array = NDArray[np.float64]
 
@@ -117,6 +127,44 @@ def lidded(dimension: int) -> tuple[list[Wall], list[tuple[int, ...]], str]:
     return walls, [(0,), (1,), (2,), (0, 1), (0, 2)], ""
 
 
+@functools.cache
+def shape(kind: str, kernel: str) -> Shaped:
+    """A field wall in a box of `EDGE`: a channel with a re-entrant edge, or an ellipsoid that
+    turns."""
+    if kind == "bent":
+        half = 0.5 * EDGE
+        outline = [(0, 0), (EDGE, 0), (EDGE, half), (half, half), (half, EDGE), (0, EDGE)]
+        wall: Any = sdpd.Polyline(points=outline)
+        field = wall.field(sdpd.Box((EDGE, EDGE), periodic=""), SUPPORT, kernel)
+        return Shaped(field, np.array([2.0, 2.5]), np.zeros(2), np.zeros(3))
+    if kind == "step":
+        line = [(0, 1), (2, 1), (3, 2), (4, 1), (EDGE, 1)]
+        wall = sdpd.Polyline(points=line, closed=False)
+        lid = sdpd.LevelSet(
+            function=lambda r: np.minimum(
+                wall.distance(r, sdpd.Box((EDGE, EDGE), periodic="x")), 5.5 - r[:, 1]
+            )
+        )
+        field = lid.field(sdpd.Box((EDGE, EDGE), periodic="x"), SUPPORT, kernel)
+        return Shaped(field, np.array([3.0, 1.5]), np.zeros(2), np.zeros(3))
+    axes = np.array([2.8, 2.8, 2.2])
+    ellipsoid = sdpd.LevelSet(function=lambda r: 1.0 - np.sum(((r - 3.0) / axes) ** 2, axis=1))
+    field = ellipsoid.field(sdpd.Box((EDGE,) * 3, periodic=""), SUPPORT, kernel)
+    return Shaped(field, np.full(3, 3.0), np.zeros(3), np.array([0.0, 0.0, 0.3]))
+
+
+def bent(dimension: int) -> tuple[list[Wall], list[tuple[int, ...]], str]:
+    return [shape("bent", "lucy")], [(0,)], ""
+
+
+def step(dimension: int) -> tuple[list[Wall], list[tuple[int, ...]], str]:
+    return [shape("step", "lucy")], [(0,)], "x"
+
+
+def ellipsoid(dimension: int) -> tuple[list[Wall], list[tuple[int, ...]], str]:
+    return [shape("ellipsoid", "lucy")], [(0,)], ""
+
+
 Geometry = Callable[[int], tuple[list[Wall], list[tuple[int, ...]], str]]
 CASES: list[tuple[Geometry, int]] = [
     (slab, 2),
@@ -133,6 +181,9 @@ CASES: list[tuple[Geometry, int]] = [
     (sphere, 3),
     (bubble, 3),
     (lidded, 3),
+    (bent, 2),
+    (step, 2),
+    (ellipsoid, 3),
 ]
 NAMES = [f"{geometry.__name__}-{dimension}d" for geometry, dimension in CASES]
 each_case = pytest.mark.parametrize(("geometry", "dimension"), CASES, ids=NAMES)
@@ -195,6 +246,9 @@ def numbers(wall: Wall, dimension: int) -> tuple[str, list[float]]:
     def three(x: Array) -> list[float]:
         return [*map(float, x), 0.0, 0.0, 0.0][:3] if len(x) < 3 else [*map(float, x)]
 
+    if isinstance(wall, Shaped):
+        motion = [*three(wall.velocity), *three(wall.spin)]
+        return "field", [*three(wall.centre), *motion, 0.0, 0.0]
     if isinstance(wall, Plane):
         return "plane", [*three(wall.point), *three(wall.normal), *three(wall.velocity), 0.0]
     rest = [wall.radius, wall.side, *three(wall.velocity), *three(wall.spin), 0.0]
@@ -211,6 +265,7 @@ def core(system: WallSystem, integrator: str = "velocity_verlet", **options: Any
         "box": lengths,
         "periodic": [bool(edge != NO_EDGE) for edge in system.box],
         "walls": [numbers(wall, system.dimension) for wall in system.walls],
+        "fields": [wall.field for wall in system.walls if isinstance(wall, Shaped)],
         "support": system.support,
         "mass": system.mass,
         "thermal_energy": system.thermal_energy,
@@ -273,6 +328,15 @@ def test_reaction_of_the_walls(geometry: Geometry, dimension: int) -> None:
     wrench = sim.wall_forces()
     assert np.abs(wrench[:, :dimension].sum(axis=0) + sim.forces.sum(axis=0)).max() < 1e-12 * scale
     still = core(system.at(friction="none", noise="none", friction_across=0.0, friction_along=0.0))
+    if isinstance(system.walls[0], Shaped):
+        arm = np.zeros((system.size, 3))
+        arm[:, :dimension] = system.positions - system.walls[0].centre
+        force = np.zeros((system.size, 3))
+        force[:, :dimension] = still.forces
+        torque = -np.cross(arm, force).sum(axis=0)
+        if geometry is not step:  # whose arms end at the periodic faces
+            assert np.abs(still.wall_forces()[0, 3:] - torque).max() < 1e-10 * scale
+        return
     assert np.abs(still.wall_forces()[:, 3:]).max() < 1e-12 * scale
 
 

@@ -25,6 +25,7 @@ TABLES = {
     "wall_flows": "| oscillating plate | 96 |",
     "channel_noise": "| Couette | 0.10 s |",
     "cylinder": "Re = 0.05 |",
+    "shaped_walls": "| circle, inside, R = 2h | lucy |",
 }
 FIGURES = {
     "channel_noise",
@@ -35,6 +36,7 @@ FIGURES = {
     "discrete_factors",
     "fields",
     "poiseuille",
+    "shaped_walls",
     "verlet_temperature",
     "wall_flows",
 }

@@ -9,9 +9,11 @@ GUIDE = Path(__file__).resolve().parents[2] / "docs" / "guide"
 SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["analysis", "fields", "performance"])
+@pytest.mark.parametrize("page", ["analysis", "fields", "performance", "walls"])
 def test_snippets_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    if page == "walls":
+        pytest.importorskip("meshio")
     if page == "fields":
         pytest.importorskip("matplotlib").use("Agg")
     snippets = SNIPPET.findall((GUIDE / f"{page}.md").read_text(encoding="utf-8"))

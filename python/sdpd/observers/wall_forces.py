@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd.box import AXES
-from sdpd.walls import Cylinder, Plane, Sphere
+from sdpd.walls import Cylinder, Plane, ShapedWall, Sphere
 
 from .base import Array, LoopObserver
 
@@ -102,7 +102,7 @@ class WallForces(LoopObserver):
 
     @property
     def torque(self) -> Array:
-        """Torque about the centre of each round wall, (T, walls, 3) [energy]; 0 for planes.
+        """Torque about the centre of each wall, (T, walls, 3) [energy]; 0 for planes.
 
         In two dimensions its third component. Of a cylinder only the one along its axis has a
         meaning.
@@ -143,6 +143,8 @@ def _area(sim: Simulation, index: int) -> float:
         if not geometry.is_cuboid:
             return float("nan")
         return float(np.prod([length for k, length in enumerate(lengths) if k != axis]))
+    if isinstance(wall, ShapedWall):
+        return wall.measure(scene.box)
     if isinstance(wall, Sphere):
         return float(4.0 * np.pi * wall.radius**2)
     assert isinstance(wall, Cylinder)

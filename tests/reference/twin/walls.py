@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +77,29 @@ class Round:
         return Stand(self.side * (length - self.radius), self.side * out, self.velocity + turning)
 
 
-Wall = Plane | Round
+@dataclass(frozen=True)
+class Shaped:
+    """A wall of any shape: phi, psi and their gradients are given functions of space."""
+
+    field: Any  # evaluate(points) -> phi (N,), gradient (N, D), psi (N,), gradient (N, D)
+    centre: Array
+    velocity: Array
+    spin: Array  # three components
+
+    curvature = 0.0
+
+    def stand(self, positions: Array, box: Array) -> Stand:
+        phi, gradient, _, _ = self.field.evaluate(positions)
+        arm = positions - self.centre
+        arm = arm - box * np.rint(arm / box)
+        foot = np.zeros((len(arm), 3))
+        square = np.sum(gradient**2, axis=1)
+        foot[:, : arm.shape[1]] = arm - (phi / square)[:, None] * gradient
+        turning = np.cross(self.spin, foot)[:, : arm.shape[1]]
+        return Stand(phi, gradient, self.velocity + turning)
+
+
+Wall = Plane | Round | Shaped
 Weight = Callable[[Array], tuple[Array, Array]]
 
 
@@ -107,17 +129,21 @@ class WallSystem(System):
 
     @cached_property
     def psi(self) -> list[tuple[Array, Array]]:
-        """psi and d psi/d phi of each wall."""
+        """psi and its gradient, (N,) and (N, D), of each wall."""
         result = []
         for wall, stand in zip(self.walls, self.stands, strict=True):
-            one, none = np.ones(self.size), np.zeros(self.size)
+            if isinstance(wall, Shaped):
+                _, _, psi, climb = wall.field.evaluate(self.positions)
+                result.append((psi, climb))
+                continue
+            one, none = np.ones(self.size), np.zeros_like(self.positions)
             if wall.curvature == 0.0:
                 result.append((one, none))
                 continue
             assert self.weight is not None
             p, slope = self.weight(stand.distance / self.support)
             k = wall.curvature
-            result.append((one + k * self.support * p, k * slope))
+            result.append((one + k * self.support * p, k * slope[:, None] * stand.normal))
         return result
 
     @cached_property
@@ -158,7 +184,7 @@ class WallSystem(System):
     # --- forces ------------------------------------------------------------------------------
 
     def image_conservative(self) -> Array:
-        """-dU/dr of what the images add, by the chain rule in phi (grad phi = n)."""
+        """-dU/dr of what the images add, by the chain rule in phi and psi (grad phi = n)."""
         share = self.pressures / self.number_densities**2
         total = np.zeros_like(self.positions)
         for link in self.links:
@@ -172,11 +198,12 @@ class WallSystem(System):
             np.add.at(total, i, radial[:, None] * link.vector)
             np.add.at(total, j, -radial[:, None] * link.vector)
             for wall in link.walls:
-                stand, (psi, slope) = self.stands[wall], self.psi[wall]
+                stand, (psi, climb) = self.stands[wall], self.psi[wall]
                 for a, b in ((i, j), (j, i)):
                     push = 2.0 * radial * stand.distance[b]
-                    push = push - both * w * link.weight / psi[a] * slope[a]
-                    np.add.at(total, a, push[:, None] * stand.normal[a])
+                    lift = -both * w * link.weight / psi[a]
+                    force = push[:, None] * stand.normal[a] + lift[:, None] * climb[a]
+                    np.add.at(total, a, force)
         return total
 
     def directions(self, link: Links) -> tuple[Array, Array, Array, Array]:
@@ -185,7 +212,12 @@ class WallSystem(System):
         for wall in link.walls:
             stand = self.stands[wall]
             n = stand.normal[link.i] + stand.normal[link.j]
-            n = n / np.sqrt(np.sum(n**2, axis=1))[:, None]
+            straight = n / np.sqrt(np.sum(n**2, axis=1))[:, None]
+            if any(isinstance(self.walls[w], Shaped) for w in link.walls):
+                # nothing is left where the wall faces itself
+                n = np.where((link.i == link.j)[:, None], straight, 0.5 * n)
+            else:
+                n = straight
             height = stand.distance[link.i] + stand.distance[link.j]
             across += height[:, None] * n
             tangent -= np.sum(link.vector * n, axis=1)[:, None] * n
@@ -196,7 +228,9 @@ class WallSystem(System):
             far = length > 1e-12 * self.support
             return np.where(far[:, None], x / np.where(far, length, 1.0)[:, None], 0.0)
 
-        return unit(across), square, unit(tangent), 1.0 - square
+        along = unit(across)
+        tangent -= np.sum(tangent * along, axis=1)[:, None] * along
+        return along, square, unit(tangent), 1.0 - square
 
     def wall_velocity(self, link: Links) -> Array:
         """Mean of the walls' velocities at both feet."""
@@ -305,6 +339,13 @@ class WallSystem(System):
         for _ in range(3):
             for index in range(len(self.walls)):
                 stand = system.stands[index]
+                # a given phi is a distance to first order only
+                length = np.sqrt(np.sum(stand.normal**2, axis=1))
+                if not isinstance(self.walls[index], Shaped):
+                    length = np.ones_like(length)
+                stand = Stand(
+                    stand.distance / length, stand.normal / length[:, None], stand.velocity
+                )
                 out = np.minimum(stand.distance, 0.0)
                 relative = np.sum((system.velocities - stand.velocity) * stand.normal, axis=1)
                 turn = np.where(out < 0.0, np.minimum(relative, 0.0), 0.0)

@@ -1,81 +1,22 @@
-"""Walls of a scene: planes, cylinders and spheres that bound the fluid, at rest or in motion.
-
-A wall is a surface with the fluid on one side. It may slide along itself or turn, so that its place
-never changes. How particles feel it: docs/theory/walls.
-"""
+"""Planes, cylinders and spheres."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import validation
 from sdpd.box import AXES, Box
+from sdpd.walls.base import Wall, check_length, spun, three, vector_of
 
-__all__ = ["KINDS", "Cylinder", "Plane", "Sphere", "Wall", "enclosure", "slab"]
+__all__ = ["Cylinder", "Plane", "Sphere", "enclosure", "slab"]
 
 Array = NDArray[np.float64]
 _SIDES = ("outside", "inside")
 _FACINGS = ("above", "below")
-
-
-class Wall:
-    """Base of the walls."""
-
-    slip: bool
-
-    def core(self, box: Box) -> tuple[str, list[float]]:
-        """Name and numbers for the core."""
-        raise NotImplementedError
-
-    def distance(self, points: Array, box: Box) -> Array:
-        """Signed distance of points (..., D) to the wall [length]; > 0 in the fluid."""
-        raise NotImplementedError
-
-    def check(self, box: Box, name: str) -> None:
-        """Raise ValueError if the wall does not belong into the box."""
-        raise NotImplementedError
-
-    @property
-    def speed(self) -> float:
-        """Largest speed of the surface [length/time]."""
-        raise NotImplementedError
-
-    @property
-    def radius_of_curvature(self) -> float | None:
-        """Radius of a round wall [length]; None for a plane."""
-        return None
-
-    def __str__(self) -> str:
-        given = (
-            f"{field.name}={getattr(self, field.name)!r}"
-            for field in fields(self)  # type: ignore[arg-type]
-            if getattr(self, field.name) != field.default
-        )
-        return f"{type(self).__name__}({', '.join(given)})"
-
-
-def _three(values: Any) -> list[float]:
-    numbers = [float(x) for x in values]
-    return numbers + [0.0] * (3 - len(numbers))
-
-
-def _vector(name: str, value: Any) -> tuple[float, ...]:
-    numbers = validation.vector(name, value)
-    if len(numbers) not in (2, 3):
-        raise ValueError(f"`{name}` must have 2 or 3 entries, got {len(numbers)}")
-    return numbers
-
-
-def _check_length(name: str, value: tuple[float, ...], box: Box) -> None:
-    if len(value) != box.dimension:
-        raise ValueError(
-            f"`{name}` must have {box.dimension} entries, as many as the box has axes, got "
-            f"{len(value)}"
-        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,13 +72,13 @@ class Plane(Wall):
             if self.fluid is not None:
                 validation.choice("fluid", self.fluid, _FACINGS)
         else:
-            object.__setattr__(self, "point", _vector("point", self.point))
-            object.__setattr__(self, "normal", _vector("normal", self.normal))
+            object.__setattr__(self, "point", vector_of("point", self.point))
+            object.__setattr__(self, "normal", vector_of("normal", self.normal))
             assert self.normal is not None
             if not any(self.normal):
                 raise ValueError("`normal` must not be zero")
         if self.velocity is not None:
-            object.__setattr__(self, "velocity", _vector("velocity", self.velocity))
+            object.__setattr__(self, "velocity", vector_of("velocity", self.velocity))
         object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
 
     def frame(self, box: Box) -> tuple[Array, Array]:
@@ -162,7 +103,7 @@ class Plane(Wall):
         for part in ("point", "normal", "velocity"):
             value = getattr(self, part)
             if value is not None:
-                _check_length(f"{name}.{part}", value, box)
+                check_length(f"{name}.{part}", value, box)
         _, normal = self.frame(box)
         if self.velocity is not None:
             across = abs(float(normal @ np.asarray(self.velocity)))
@@ -174,16 +115,47 @@ class Plane(Wall):
 
     def core(self, box: Box) -> tuple[str, list[float]]:  # noqa: D102
         point, normal = self.frame(box)
-        numbers = _three(point) + _three(normal) + _three(self.velocity or ())
+        numbers = three(point) + three(normal) + three(self.velocity or ())
         return "plane", [*numbers, float(self.slip)]
 
     def distance(self, points: Array, box: Box) -> Array:  # noqa: D102
         point, normal = self.frame(box)
         return np.asarray((points - point) @ normal)
 
+    def points_on(self, box: Box, spacing: float) -> Array:  # noqa: D102
+        point, normal = self.frame(box)
+        # Orthonormal directions in the plane, from the axes that are most nearly in it.
+        order = np.argsort(np.abs(normal))
+        along: list[Array] = []
+        for axis in order[: box.dimension - 1]:
+            vector = np.eye(box.dimension)[axis]
+            for other in (normal, *along):
+                vector = vector - (vector @ other) * other
+            along.append(vector / np.linalg.norm(vector))
+        middle = 0.5 * np.asarray(box.lengths)
+        foot = middle - ((middle - point) @ normal) * normal
+        reach = 0.5 * float(np.linalg.norm(box.lengths))
+        if np.abs(normal).max() > 1.0 - 1e-12:  # at right angles to an axis: fill the face
+            sizes = [float(np.abs(vector) @ np.asarray(box.lengths)) for vector in along]
+        else:
+            sizes = [2.0 * reach] * len(along)
+        ticks = [_ticks(size, spacing) for size in sizes]
+        grid = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, len(along))
+        return np.asarray(foot + grid @ np.stack(along))
+
+    def velocities_at(self, points: Array, box: Box) -> Array:  # noqa: D102
+        still = (0.0,) * box.dimension
+        return np.broadcast_to(np.asarray(self.velocity or still), points.shape).copy()
+
     @property
     def speed(self) -> float:  # noqa: D102
         return float(np.linalg.norm(self.velocity)) if self.velocity is not None else 0.0
+
+
+def _ticks(length: float, spacing: float) -> Array:
+    """Midpoints of equal parts of about a spacing, around 0."""
+    count = max(1, round(length / spacing))
+    return np.asarray(((np.arange(count) + 0.5) / count - 0.5) * length)
 
 
 def _radial_distance(
@@ -242,7 +214,7 @@ class Cylinder(Wall):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", validation.positive("radius", self.radius))
-        object.__setattr__(self, "centre", _vector("centre", self.centre))
+        object.__setattr__(self, "centre", vector_of("centre", self.centre))
         validation.choice("axis", self.axis, tuple(AXES))
         validation.choice("fluid", self.fluid, _SIDES)
         for name in ("velocity", "angular_velocity"):
@@ -250,7 +222,7 @@ class Cylinder(Wall):
         object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
 
     def check(self, box: Box, name: str) -> None:  # noqa: D102
-        _check_length(f"{name}.centre", self.centre, box)
+        check_length(f"{name}.centre", self.centre, box)
         if box.dimension == 2 and self.axis != "z":
             raise ValueError(f"`{name}.axis` must be 'z' in two dimensions, got {self.axis!r}")
         if box.dimension == 2 and self.velocity != 0.0:
@@ -263,12 +235,32 @@ class Cylinder(Wall):
         side = 1.0 if self.fluid == "outside" else -1.0
         velocity, spin = [0.0] * 3, [0.0] * 3
         velocity[index], spin[index] = self.velocity, self.angular_velocity
-        shape = [*_three(self.centre), float(index), self.radius, side]
+        shape = [*three(self.centre), float(index), self.radius, side]
         return "cylinder", [*shape, *velocity, *spin, float(self.slip)]
 
     def distance(self, points: Array, box: Box) -> Array:  # noqa: D102
         index = AXES.index(self.axis)
         return _radial_distance(points, self.centre, index, self.radius, self.fluid, box)
+
+    def points_on(self, box: Box, spacing: float) -> Array:  # noqa: D102
+        count = max(3, round(2.0 * math.pi * self.radius / spacing))
+        angle = 2.0 * math.pi * np.arange(count) / count
+        axis = AXES.index(self.axis)
+        across = [(axis + 1) % 3, (axis + 2) % 3]
+        height = _ticks(box.lengths[axis], spacing) if box.dimension == 3 else np.zeros(1)
+        points = np.zeros((len(height), count, 3))
+        points[..., across[0]] = self.radius * np.cos(angle)
+        points[..., across[1]] = self.radius * np.sin(angle)
+        points += np.asarray(three(self.centre))
+        if box.dimension == 3:
+            points[..., axis] = 0.5 * box.lengths[axis] + height[:, None]
+        return np.asarray(points.reshape(-1, 3)[:, : box.dimension])
+
+    def velocities_at(self, points: Array, box: Box) -> Array:  # noqa: D102
+        index = AXES.index(self.axis)
+        velocity, spin = np.zeros(3), np.zeros(3)
+        velocity[index], spin[index] = self.velocity, self.angular_velocity
+        return spun(points, np.asarray(three(self.centre)), spin, velocity, box, index)
 
     @property
     def speed(self) -> float:  # noqa: D102
@@ -337,6 +329,19 @@ class Sphere(Wall):
     def distance(self, points: Array, box: Box) -> Array:  # noqa: D102
         return _radial_distance(points, self.centre, None, self.radius, self.fluid, box)
 
+    def points_on(self, box: Box, spacing: float) -> Array:  # noqa: D102
+        # A spiral of equal areas (Swinbank and Purser 2006): even, and without poles.
+        count = max(4, round(4.0 * math.pi * (self.radius / spacing) ** 2))
+        k = np.arange(count)
+        z = 1.0 - (2.0 * k + 1.0) / count
+        angle = k * math.pi * (3.0 - math.sqrt(5.0))
+        ring = np.sqrt(1.0 - z**2)
+        outward = np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1)
+        return np.asarray(np.asarray(self.centre) + self.radius * outward)
+
+    def velocities_at(self, points: Array, box: Box) -> Array:  # noqa: D102
+        return spun(points, np.asarray(self.centre), self.angular_velocity, (0.0,) * 3, box)
+
     @property
     def speed(self) -> float:  # noqa: D102
         return self.radius * float(np.linalg.norm(self.angular_velocity))
@@ -344,9 +349,6 @@ class Sphere(Wall):
     @property
     def radius_of_curvature(self) -> float | None:  # noqa: D102
         return self.radius
-
-
-KINDS: dict[str, type[Wall]] = {"plane": Plane, "cylinder": Cylinder, "sphere": Sphere}
 
 
 def slab(
