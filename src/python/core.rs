@@ -20,7 +20,7 @@ use crate::neighbor::ROUNDS;
 use crate::observe::{Coordinate, Profile};
 use crate::registry::Combination;
 use crate::simulation::{Clock, Engine, Settings};
-use crate::wall::{Surface, WallSettings, Wrench};
+use crate::wall::{WallSettings, Wrench};
 
 /// Arrays in the user's units and row order.
 struct Columns {
@@ -471,16 +471,12 @@ impl Core {
     fn move_wall(&self, py: Python<'_>, index: usize, wall: WallSettings) -> PyResult<()> {
         let mut engine = self.lock()?;
         self.import(py, &mut engine)?;
-        let surface = Surface::parse(&wall, index, self.dimension, &engine.units)
+        let Engine {
+            walls, cell, units, ..
+        } = &mut *engine;
+        walls
+            .set_motion(index, &wall, self.dimension, cell, units)
             .map_err(|e| to_python(py, &e))?;
-        match engine.walls.surfaces.get_mut(index) {
-            Some(old) if old.shape == surface.shape && old.slip == surface.slip => *old = surface,
-            _ => {
-                return Err(PyValueError::new_err(format!(
-                    "`walls[{index}]` must be a wall of the scene and keep its form"
-                )));
-            }
-        }
         engine.renew(false).map_err(|e| to_python(py, &e))?;
         self.export(py, &engine);
         Ok(())

@@ -12,14 +12,15 @@ use crate::valid::{finite, positive};
 /// A wall as the user gives it: its name ("plane", "cylinder", "sphere", "field") and its numbers, in
 /// the user's units. Plane: point, normal, velocity (3 each). Cylinder: centre (3), axis (0, 1, 2),
 /// radius, +1 for fluid outside and -1 inside, velocity (3), spin (3). Sphere: the same without
-/// axis. Field: centre, velocity, spin, and the index of its field. Last of all 1 for a wall on which the fluid slips, else 0.
+/// axis. Field: centre, velocity, spin, and the index of its field. Last of all 1 for a wall on which
+/// the fluid slips, else 0.
 pub type WallSettings = (String, Vec<f64>);
 
 /// Largest part of a field wall's velocity across its surface: grid and facets are not exact.
 const ALONG: f64 = 0.05;
 
 /// The form of a wall.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A plane through a point, with the unit normal into the fluid.
     Plane {

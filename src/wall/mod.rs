@@ -84,6 +84,31 @@ impl Walls {
         Self::of(surfaces, kernel, dimension, cell)
     }
 
+    /// Gives a wall the motion of another of the same form.
+    pub fn set_motion(
+        &mut self,
+        index: usize,
+        wall: &WallSettings,
+        dimension: usize,
+        cell: &PeriodicBox,
+        units: &Units,
+    ) -> Result<()> {
+        let old = self.surfaces.get(index);
+        let field = match old.map(|surface| &surface.shape) {
+            Some(Shape::Field { field, .. }) => vec![Arc::clone(field)],
+            _ => Vec::new(),
+        };
+        let new = Surface::parse(wall, index, dimension, units, &field)?;
+        new.check_motion(index, cell, units)?;
+        if !old.is_some_and(|old| old.shape == new.shape && old.slip == new.slip) {
+            return Err(Error::Invalid(format!(
+                "`walls[{index}]` must be a wall of the scene and keep its form"
+            )));
+        }
+        self.surfaces[index] = new;
+        Ok(())
+    }
+
     /// From surfaces in reduced units.
     pub fn of(
         surfaces: Vec<Surface>,

@@ -136,3 +136,29 @@ def test_the_core_keeps_the_form_of_a_wall():
         sim._core.move_wall(0, plane.core(BOX))
     with pytest.raises(ValueError, match="must be a wall of the scene and keep its form"):
         sim._core.move_wall(7, plane.core(BOX))
+
+
+def test_a_wall_of_any_shape_starts_to_turn():
+    """A round polyline that begins to turn drags the fluid, as one that turned from the start."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 121)[:-1]
+    ring = tuple(map(tuple, 5.0 + 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)))
+
+    def scene(spin):
+        return reduced_scene(
+            dimension=2,
+            box=sdpd.Box((10.0, 10.0), periodic=""),
+            walls=(sdpd.Polyline(points=ring, angular_velocity=spin),),
+            resolution=sdpd.Resolution(spacing=1.0, support=2.0, kernel="lucy"),
+            start=sdpd.RandomStart(relax_steps=20),
+            sound_speed=10.0,
+        )
+
+    turning = sdpd.Simulation(scene(0.3), seed=1, dt=0.01, threads=1)
+    turned = sdpd.Simulation(scene(0.0), seed=1, dt=0.01, threads=1)
+    turned.set_wall_velocity(0, angular_velocity=0.3)
+    assert turned.walls[0].angular_velocity == (0.0, 0.0, 0.3)
+    for sim in (turning, turned):
+        sim.run(steps=5, progress=False)
+    np.testing.assert_array_equal(turning.velocities, turned.velocities)
+    with pytest.raises(ValueError, match="stay in its place"):
+        turned.set_wall_velocity(0, (1.0, 0.0))
