@@ -153,12 +153,16 @@ def test_a_wall_of_any_shape_starts_to_turn():
             sound_speed=10.0,
         )
 
-    turning = sdpd.Simulation(scene(0.3), seed=1, dt=0.01, threads=1)
-    turned = sdpd.Simulation(scene(0.0), seed=1, dt=0.01, threads=1)
+    def start(spin):
+        options = {"integrator": "velocity_verlet", "dt": 1e-3, "seed": 1, "threads": 1}
+        return sdpd.Simulation(scene(spin), **options)
+
+    turning, turned, resting = start(0.3), start(0.0), start(0.0)
     turned.set_wall_velocity(0, angular_velocity=0.3)
     assert turned.walls[0].angular_velocity == (0.0, 0.0, 0.3)
-    for sim in (turning, turned):
+    for sim in (turning, turned, resting):
         sim.run(steps=5, progress=False)
-    np.testing.assert_array_equal(turning.velocities, turned.velocities)
+    np.testing.assert_allclose(turned.velocities, turning.velocities, rtol=0.0, atol=1e-10)
+    assert np.abs(turned.velocities - resting.velocities).max() > 0.01
     with pytest.raises(ValueError, match="stay in its place"):
         turned.set_wall_velocity(0, (1.0, 0.0))
