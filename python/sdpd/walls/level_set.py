@@ -19,7 +19,7 @@ __all__ = ["LevelSet"]
 Array = NDArray[np.float64]
 _CELLS = {2: 384, 3: 72}  # along the longest axis of the box, of the grid that finds the surface
 _SHARPEN = 8  # Newton steps onto the surface
-_SLIDE = 12  # steps along it to the nearest point
+_SLIDE = 20  # steps along it to the nearest point
 _RELAXATION = 0.75
 _SLID = 1e-4  # of a cell: near enough to the foot
 _DIFFERENCE = 1e-6  # of the box: step of numerical gradients
@@ -214,8 +214,9 @@ def _distances(wall: LevelSet, points: Array, box: Box) -> Array:
         now = np.where(on_surface, now, np.inf)
         best[active] = np.minimum(best[active], now)
         # Onto the surface, and along it: less than the way along the tangent, which overshoots
-        # where the surface bends away, and no more than a cell.
-        share = np.minimum(_RELAXATION, step / np.maximum(size, 1e-300))
+        # where the surface bends away, and no more than half of the distance or a cell.
+        most = np.maximum(step, 0.5 * np.linalg.norm(apart, axis=1))
+        share = np.minimum(_RELAXATION, most / np.maximum(size, 1e-300))
         foot[active] = at + share[:, None] * along - off[:, None] * gradient
         active = active[~(on_surface & arrived)]
         if not len(active):
