@@ -462,6 +462,14 @@ def test_same_bits_on_any_number_of_threads_and_across_save_and_load(tmp_path):
     assert again.scene == scene
 
 
+def test_a_field_has_the_same_bits_on_any_number_of_threads():
+    points, triangles = sphere(1.5, 4.0, n=8)
+    wall = sdpd.Mesh(points=points, triangles=triangles)
+    at = np.random.default_rng(10).uniform(2.0, 6.0, (500, 3))
+    one, two = (wall.field(OPEN3, 1.0, "lucy", threads=n).evaluate(at) for n in (1, 2))
+    assert all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
+
+
 def test_scene_files_hold_the_content_of_a_mesh(tmp_path):
     import meshio
 
