@@ -623,6 +623,7 @@ def test_a_circle_by_a_function_turns_the_fluid_like_a_cylinder():
             start=sdpd.RandomStart(),
             resolution=sdpd.Resolution(particles=first.n_particles, support=2.1, kernel="lucy"),
         )
+        assert scene.flow_speed == pytest.approx(1.05, rel=0.05)
         sim = sdpd.Simulation(
             scene, positions=np.array(first.positions), seed=1, threads=1, dt=0.5 * first.dt
         )

@@ -136,6 +136,10 @@ class LevelSet(ShapedWall):
         # without a box there is no surface: the translation alone
         return float(np.linalg.norm(self.velocity)) if self.velocity is not None else 0.0
 
+    def speed_in(self, box: Box) -> float:  # noqa: D102
+        moved = self.velocities_at(_surface(self, box)[0], box)
+        return float(np.linalg.norm(moved, axis=1).max())
+
     def __repr__(self) -> str:
         return f"LevelSet({getattr(self.function, '__name__', 'function')})"
 
