@@ -4,11 +4,12 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
+use sdpd::domain::PeriodicBox;
 use sdpd::observe::{Correlator, Currents, Parts, StressCorrelator};
 use sdpd::registry::Combination;
 use sdpd::relax::{normal_velocities, uniform_positions};
 use sdpd::simulation::{Engine, Settings};
-use sdpd::wall::WallSettings;
+use sdpd::wall::{Field, WallSettings};
 
 struct Counting;
 
@@ -30,8 +31,17 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-fn engine(integrator: &str, threads: usize, walls: bool) -> Engine {
-    let (n, edge) = (1728, 12.0);
+/// What surrounds the fluid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Around {
+    Nothing,
+    Planes,
+    Field,
+}
+
+fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
+    let (n, edge, support) = (1728, 12.0, 2.65);
+    let open = around == Around::Nothing;
     let settings = Settings {
         combination: Combination {
             dimension: 3,
@@ -41,7 +51,7 @@ fn engine(integrator: &str, threads: usize, walls: bool) -> Engine {
             integrator: integrator.into(),
         },
         edges: vec![edge; 3],
-        support: 2.65,
+        support,
         mass: 1.0,
         thermal_energy: 1.0,
         friction_across: 33.0,
@@ -54,8 +64,16 @@ fn engine(integrator: &str, threads: usize, walls: bool) -> Engine {
         skin: None,
         flow_speed: 0.0,
         threads,
-        periodic: vec![true, !walls, !walls],
-        walls: if walls { duct(edge) } else { Vec::new() },
+        periodic: vec![true, open, open],
+        walls: match around {
+            Around::Nothing => Vec::new(),
+            Around::Planes => duct(edge),
+            Around::Field => vec![("field".into(), vec![0.0; 11])],
+        },
+        fields: match around {
+            Around::Field => vec![Arc::new(duct_field(edge / support))],
+            _ => Vec::new(),
+        },
     };
     let mut engine = Engine::new(n, &settings).unwrap();
     let positions = uniform_positions(n, 3, 5);
@@ -90,6 +108,18 @@ fn duct(edge: f64) -> Vec<WallSettings> {
         .collect()
 }
 
+/// The same as a wall of any shape; lengths in supports.
+fn duct_field(edge: f64) -> Field {
+    let cell = PeriodicBox::with_walls(&[edge; 3], 1.0, &[true, false, false]).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(2)
+        .build()
+        .unwrap();
+    let distance = |p: &[f64; 3]| p[1].min(p[2]).min(edge - p[1]).min(edge - p[2]);
+    let mut all = |points: &[[f64; 3]]| Ok(points.iter().map(distance).collect::<Vec<f64>>());
+    Field::new(&cell, 3, "lucy", Some(0.25), &mut all, &pool).unwrap()
+}
+
 /// Everything that measures inside the loop, at every step.
 fn attach_correlators(engine: &mut Engine) {
     let n = engine.particles.len();
@@ -113,8 +143,8 @@ fn a_step_allocates_nothing() {
         ("pair_splitting", true),
     ] {
         for threads in [1, 2] {
-            for walls in [false, true] {
-                let mut engine = engine(integrator, threads, walls);
+            for around in [Around::Nothing, Around::Planes, Around::Field] {
+                let mut engine = engine(integrator, threads, around);
                 if observed {
                     attach_correlators(&mut engine);
                 }
@@ -123,7 +153,7 @@ fn a_step_allocates_nothing() {
                 // Entering the pool may cost a handful per run; 100 more steps must cost nothing.
                 assert!(
                     many <= few + 4,
-                    "{integrator} on {threads} threads, observed: {observed}, walls: {walls}: {few} allocations in 10 steps, {many} in 110"
+                    "{integrator} on {threads} threads, observed: {observed}, {around:?}: {few} allocations in 10 steps, {many} in 110"
                 );
             }
         }

@@ -142,7 +142,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         ),
         "Error of the density that images complete in a uniform fluid, at places within a support "
         "of the wall, and the range of the weight. Without images the density at the wall would be "
-        "half of the right one, a third in a corner of 120 degrees.",
+        "half of the right one, a sixth in a corner of 60 degrees.",
     )
 
 

@@ -146,7 +146,7 @@ class SceneQuantities:
         if transverse and self.active_effects.body_force and self.active_effects.dissipation:
             assert isinstance(force, SinusoidalForce)
             return force.peak / (nu * (2.0 * math.pi / self._wavelength(force)) ** 2)
-        moving = max((wall.speed for wall in self.walls), default=0.0)
+        moving = max((wall.speed_in(self.box) for wall in self.walls), default=0.0)
         driven = isinstance(force, UniformForce) and self.active_effects.body_force
         if self.walls and driven and self.active_effects.dissipation:
             assert force is not None

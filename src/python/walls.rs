@@ -20,6 +20,8 @@ type Sampled<'py> = (
     Bound<'py, PyArray2<f64>>,
 );
 
+type Tables<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
 /// Rows of up to three numbers.
 fn rows(name: &str, array: &PyReadonlyArray2<'_, f64>, scale: f64) -> PyResult<Vec<[f64; 3]>> {
     let columns = array.shape()[1];
@@ -179,10 +181,7 @@ impl WallField {
     }
 
     /// Points of the surface and unit normals into the fluid, (n, D) each [length].
-    fn surface<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    fn surface<'py>(&self, py: Python<'py>) -> PyResult<Tables<'py>> {
         let facets = &self.field.report.surface;
         let d = self.dimension;
         let at = facets

@@ -462,6 +462,14 @@ def test_same_bits_on_any_number_of_threads_and_across_save_and_load(tmp_path):
     assert again.scene == scene
 
 
+def test_a_field_has_the_same_bits_on_any_number_of_threads():
+    points, triangles = sphere(1.5, 4.0, n=8)
+    wall = sdpd.Mesh(points=points, triangles=triangles)
+    at = np.random.default_rng(10).uniform(2.0, 6.0, (500, 3))
+    one, two = (wall.field(OPEN3, 1.0, "lucy", threads=n).evaluate(at) for n in (1, 2))
+    assert all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
+
+
 def test_scene_files_hold_the_content_of_a_mesh(tmp_path):
     import meshio
 
@@ -562,6 +570,68 @@ def test_trajectories_hold_scenes_with_large_meshes_and_functions(kind, tmp_path
     sim.run(steps=4, observe=sdpd.Trajectory(tmp_path / "run.h5md", every=2))
     text = sdpd.h5md.read(tmp_path / "run.h5md").scene
     assert sdpd.Scene.from_toml(text) == scene if kind == "mesh" else "LevelSet" in text
+
+
+# --- flow ------------------------------------------------------------------------------------
+
+
+def still_fluid(box, walls, **changes):
+    arguments = {
+        "fluid": FLUID,
+        "resolution": sdpd.Resolution(spacing=1.0, support=2.1, kernel="lucy"),
+        "effects": sdpd.Effects(fluctuations=False),
+        "sound_speed": 10.0,
+        **changes,
+    }
+    return reduced_scene(dimension=2, box=box, walls=walls, **arguments)
+
+
+def test_a_flat_polyline_drags_like_a_plane():
+    box = sdpd.Box((12.0, 13.0), periodic="x")
+    lid = sdpd.Plane(axis="y", at=13.0, velocity=(1.0, 0.0))
+    found = []
+    for floor in (
+        sdpd.Polyline(points=[(0, 1), (12, 1)], closed=False),
+        sdpd.Plane(axis="y", at=1.0, fluid="above"),
+    ):
+        scene = still_fluid(box, [floor, lid], start=sdpd.LatticeStart())
+        sim = sdpd.Simulation(scene, seed=1, threads=1)
+        sim.run(time=8.0)
+        forces = sdpd.WallForces(every=20)
+        sim.run(steps=20, observe=forces)
+        found.append((np.array(sim.velocities), np.array(sim.densities), forces.force[0, 0]))
+    for one, other in zip(*found, strict=True):
+        assert np.abs(one - other).max() < 1e-3 * np.abs(other).max()
+
+
+def test_a_circle_by_a_function_turns_the_fluid_like_a_cylinder():
+    box, centre = sdpd.Box((34.0, 34.0)), (17.0, 17.0)
+    walls = (
+        sdpd.Cylinder(radius=10.5, centre=centre, angular_velocity=0.1),
+        sdpd.LevelSet(
+            function=lambda r: np.linalg.norm(r - 17.0, axis=1) - 10.5, angular_velocity=0.1
+        ),
+    )
+    first = sdpd.Simulation(
+        still_fluid(box, walls[:1], start=sdpd.RandomStart()), seed=1, threads=1
+    )
+    torques = []
+    for wall in walls:
+        scene = still_fluid(
+            box,
+            [wall],
+            start=sdpd.RandomStart(),
+            resolution=sdpd.Resolution(particles=first.n_particles, support=2.1, kernel="lucy"),
+        )
+        assert scene.flow_speed == pytest.approx(1.05, rel=0.05)
+        sim = sdpd.Simulation(
+            scene, positions=np.array(first.positions), seed=1, threads=1, dt=0.5 * first.dt
+        )
+        forces = sdpd.WallForces(every=100)
+        sim.run(steps=200, observe=forces)
+        torques.append(forces.torque[:, 0, 2])
+    assert (torques[0] < 0.0).all()
+    assert np.abs(torques[1] / torques[0] - 1.0).max() < 5e-3
 
 
 # --- energy ----------------------------------------------------------------------------------

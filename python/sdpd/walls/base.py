@@ -66,6 +66,10 @@ class Wall:
         """Largest speed of the surface [length/time]."""
         raise NotImplementedError
 
+    def speed_in(self, box: Box) -> float:
+        """Largest speed of the part of the surface that is in a box [length/time]."""
+        return self.speed
+
     @property
     def radius_of_curvature(self) -> float | None:
         """Radius of a round wall [length]; None for a plane."""

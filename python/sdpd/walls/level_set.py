@@ -19,8 +19,8 @@ __all__ = ["LevelSet"]
 Array = NDArray[np.float64]
 _CELLS = {2: 384, 3: 72}  # along the longest axis of the box, of the grid that finds the surface
 _SHARPEN = 8  # Newton steps onto the surface
-_SLIDE = 12  # steps along it to the nearest point
-_RELAXATION = 0.75
+_SLIDE = 20  # steps along it to the nearest point
+_RELAXATION = 0.75  # of the way along the tangent, at first
 _SLID = 1e-4  # of a cell: near enough to the foot
 _DIFFERENCE = 1e-6  # of the box: step of numerical gradients
 
@@ -49,9 +49,9 @@ class LevelSet(ShapedWall):
 
     Notes
     -----
-    Distances are exact to about 1e-9 of the box where the surface is smooth: each point is
-    projected onto it by Newton steps along the gradient, starting from the nearest of many points
-    of the surface. Details thinner than 1/384 of the longest edge of the box (1/72 in three
+    Where the surface is smooth, distances are exact to about 1e-6 of its radius of curvature: each
+    point is projected onto it by Newton steps along the gradient, starting from the nearest of many
+    points of the surface. Details thinner than 1/384 of the longest edge of the box (1/72 in three
     dimensions) are overlooked.
 
     A function has no place in a file: a scene with one cannot be written, nor a simulation of it
@@ -63,8 +63,8 @@ class LevelSet(ShapedWall):
     >>> import sdpd
     >>> wavy = sdpd.LevelSet(function=lambda r: r[:, 1] - 1.0 - 0.3 * np.sin(np.pi * r[:, 0]))
     >>> box = sdpd.Box((4.0, 4.0), periodic="x")
-    >>> wavy.distance(np.array([[0.5, 2.0], [0.5, 1.0]]), box).round(6).tolist()
-    [0.7, -0.23861]
+    >>> wavy.distance(np.array([[0.5, 2.0], [0.5, 1.0]]), box).round(5).tolist()
+    [0.7, -0.3]
     """
 
     function: Callable[[Array], Any]
@@ -136,6 +136,10 @@ class LevelSet(ShapedWall):
         # without a box there is no surface: the translation alone
         return float(np.linalg.norm(self.velocity)) if self.velocity is not None else 0.0
 
+    def speed_in(self, box: Box) -> float:  # noqa: D102
+        moved = self.velocities_at(_surface(self, box)[0], box)
+        return float(np.linalg.norm(moved, axis=1).max())
+
     def __repr__(self) -> str:
         return f"LevelSet({getattr(self.function, '__name__', 'function')})"
 
@@ -197,6 +201,7 @@ def _distances(wall: LevelSet, points: Array, box: Box) -> Array:
     foot = surface[nearest]
     step = max(box.lengths) / _CELLS[box.dimension]
     active = np.arange(len(points))
+    ease, before = np.full(len(points), _RELAXATION), np.zeros_like(points)
     for _ in range(_SLIDE):
         here, at = points[active], foot[active]
         gradient = wall.gradients(at, box)
@@ -214,8 +219,13 @@ def _distances(wall: LevelSet, points: Array, box: Box) -> Array:
         now = np.where(on_surface, now, np.inf)
         best[active] = np.minimum(best[active], now)
         # Onto the surface, and along it: less than the way along the tangent, which overshoots
-        # where the surface bends away, and no more than a cell.
-        share = np.minimum(_RELAXATION, step / np.maximum(size, 1e-300))
+        # where the surface bends away, much less if it did, and no more than half of the distance
+        # or a cell.
+        back = -np.einsum("ij,ij->i", along, before[active])
+        ease[active] *= np.where(back > 0.3 * size**2, 0.5, 1.0)
+        before[active] = along
+        most = np.maximum(step, 0.5 * np.linalg.norm(apart, axis=1))
+        share = np.minimum(ease[active], most / np.maximum(size, 1e-300))
         foot[active] = at + share[:, None] * along - off[:, None] * gradient
         active = active[~(on_surface & arrived)]
         if not len(active):

@@ -107,18 +107,19 @@ impl Field {
         let spacing = spacing.unwrap_or(1.0 / FINENESS[dimension - 2]);
         let lattice = Lattice::new(cell, dimension, spacing);
         let (mut field, nodes) = Self::distances_of(lattice, distances, pool)?;
-        pool.install(|| match (kernel, dimension) {
-            (Lucy::NAME, 2) => Ok(field.weigh::<Lucy, 2>(&nodes)),
-            (Lucy::NAME, _) => Ok(field.weigh::<Lucy, 3>(&nodes)),
-            (QuinticSpline::NAME, 2) => Ok(field.weigh::<QuinticSpline, 2>(&nodes)),
-            (QuinticSpline::NAME, _) => Ok(field.weigh::<QuinticSpline, 3>(&nodes)),
-            (WendlandC2::NAME, 2) => Ok(field.weigh::<WendlandC2, 2>(&nodes)),
-            (WendlandC2::NAME, _) => Ok(field.weigh::<WendlandC2, 3>(&nodes)),
-            (WendlandC4::NAME, 2) => Ok(field.weigh::<WendlandC4, 2>(&nodes)),
-            (WendlandC4::NAME, _) => Ok(field.weigh::<WendlandC4, 3>(&nodes)),
-            _ => Err(Error::Invalid(format!(
-                "`kernel` must be a kernel, got {kernel:?}"
-            ))),
+        pool.install(|| {
+            match kernel {
+                Lucy::NAME => field.weigh_in::<Lucy>(&nodes),
+                QuinticSpline::NAME => field.weigh_in::<QuinticSpline>(&nodes),
+                WendlandC2::NAME => field.weigh_in::<WendlandC2>(&nodes),
+                WendlandC4::NAME => field.weigh_in::<WendlandC4>(&nodes),
+                _ => {
+                    return Err(Error::Invalid(format!(
+                        "`kernel` must be a kernel, got {kernel:?}"
+                    )));
+                }
+            }
+            Ok(())
         })?;
         Ok(field)
     }
@@ -244,6 +245,13 @@ impl Field {
         size_of::<[f64; 2]>() * self.coefficients.len()
             + size_of::<Facet>() * self.report.surface.len()
             + (4 + 8) * self.table.len()
+    }
+
+    fn weigh_in<K: Kernel>(&mut self, nodes: &[Node]) {
+        match self.lattice.dimension {
+            2 => self.weigh::<K, 2>(nodes),
+            _ => self.weigh::<K, 3>(nodes),
+        }
     }
 
     /// Solves for psi and puts it beside phi.
