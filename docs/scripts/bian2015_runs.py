@@ -111,9 +111,8 @@ class Configurations:
 
     @property
     def expected_variance(self) -> float:
-        """Of the density of particles, without the wave k = 0 that a closed box does not have."""
-        missing = float(self.prediction.structure_factor(0.0)) / self.scene.n_particles
-        return self.prediction.variance - missing
+        """Of the density of particles."""
+        return self.prediction.variance
 
     def by_run(self, values: np.ndarray) -> Estimate:
         """Mean of one value a frame, with the error of the spread of the runs' halves."""

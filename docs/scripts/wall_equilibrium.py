@@ -13,9 +13,17 @@ import sdpd
 
 ETA, SOUND_SPEED, SUPPORT = 20.0, 10.0, 2.65  # X = 100
 LAYERS = 3  # of one spacing each
-BLOCKS, WARM = 32, 400
-# Samples per block, four steps apart: a larger wall has more particles next to it.
-SAMPLES = {"slab": 60, "duct": 60, "pipe": 15, "post": 15, "sphere": 4}
+BLOCKS = 32
+# Samples per block, four steps apart, and steps before: larger walls have more particles near.
+SAMPLES = {
+    "slab": (60, 400),
+    "duct": (60, 400),
+    "pipe": (15, 400),
+    "wide pipe": (8, 200),
+    "post": (15, 400),
+    "sphere": (4, 400),
+    "wide sphere": (1, 100),
+}
 
 
 @dataclass(frozen=True)
@@ -31,16 +39,18 @@ class Layers:
 
 
 def scene_of(kind: str) -> sdpd.Scene:
-    """A slab, a square duct, a pipe or a sphere of R = 5h; m = dx = k_B T = 1."""
+    """A slab, a duct, a pipe, a post or a sphere, R = 5h or 10h; m = dx = k_B T = 1."""
     law = sdpd.eos.Linear(background_pressure=SOUND_SPEED**2)
     radius = 5.03 * SUPPORT  # the spacing is not quite 1, and h is to stay below R/5
+    if kind.startswith("wide"):
+        radius *= 2.0
     if kind == "slab":
         box = sdpd.Box((7.0, 7.0, 12.0), periodic="xy")
         walls: tuple[sdpd.walls.Wall, ...] = sdpd.walls.slab(box)
     elif kind == "duct":
         box = sdpd.Box((9.0, 9.0, 7.0), periodic="z")
         walls = sdpd.walls.enclosure(box)
-    elif kind == "pipe":
+    elif kind.endswith("pipe"):
         box = sdpd.Box((2.0 * radius, 2.0 * radius, 6.0), periodic="z")
         walls = (sdpd.Cylinder(radius=radius, centre=(radius, radius, 0.0), fluid="inside"),)
     elif kind == "post":
@@ -64,9 +74,10 @@ def scene_of(kind: str) -> sdpd.Scene:
 def measure(kind: str, blocks: int = BLOCKS, samples: int | None = None, seed: int = 3) -> Layers:
     """Run the splitting at tau/2 and average over all walls."""
     scene = scene_of(kind)
-    samples = SAMPLES[kind] if samples is None else samples
+    usual, warm = SAMPLES[kind]
+    samples = usual if samples is None else samples
     sim = sdpd.Simulation(scene, dt=0.5 * scene.friction_time, seed=seed, threads=1)
-    sim.run(steps=WARM if blocks == BLOCKS else 20, progress=False)
+    sim.run(steps=warm if blocks == BLOCKS else 20, progress=False)
     count = len(scene.walls)
     width = LAYERS * 1.0
     profiles = [
@@ -115,7 +126,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         "Kinetic temperature over that of the bath in layers of one spacing from the wall, mean of "
         "the components, and density of the first layer over the mean of all particles; one "
         f"standard error. Pair splitting at $\\tau/2$, Lucy, $h/\\Delta x={SUPPORT:g}$, $X=100$, "
-        f"$\\eta^*={ETA:g}$; round walls of $R=5h$.",
+        f"$\\eta^*={ETA:g}$; round walls of $R=5h$, wide ones of $10h$.",
     )
 
 

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy import signal
 
 import sdpd
 from sdpd import analysis, cli, fields
@@ -287,3 +288,41 @@ def test_command_draws(trajectory, tmp_path, where):
     picture = tmp_path / "fields.png"
     assert cli.main(["fields", str(trajectory[0]), *where, "-o", str(picture)]) == 0
     assert picture.stat().st_size > 10_000
+
+
+class _Recorded(sdpd.Profile):
+    """A profile whose rows were measured elsewhere."""
+
+    def __init__(self, rows, dimension, **options):
+        super().__init__(**options)
+        self._dimension, self.given = dimension, rows
+
+    def _rows(self):
+        return self.given
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.95])
+def test_profile_error_is_that_of_the_mean_even_of_samples_that_remember(memory):
+    """Scatter of the mean over 300 runs of correlated samples against the mean stated error."""
+    rng = np.random.default_rng(5)
+    runs, samples = 300, 4096
+    means, errors = [], []
+    for _ in range(runs):
+        kick = rng.normal(size=samples) * np.sqrt(1.0 - memory**2)
+        density = signal.lfilter([1.0], [1.0, -memory], kick)
+        number = rng.integers(0, 4, size=samples)  # bins are empty now and then
+        rows = np.zeros((samples, 2 + 7))
+        rows[:, 1], rows[:, 2] = 1.0, number
+        rows[:, 2 + 5] = number * density
+        profile = _Recorded(rows, 2, axis="x", bins=1)
+        means.append(profile.density[0])
+        errors.append(profile.error("density")[0])
+    stated = np.sqrt(np.mean(np.square(errors)))
+    assert stated == pytest.approx(np.std(means), rel=4.0 / np.sqrt(2.0 * runs))
+
+
+def test_profile_error_needs_two_blocks():
+    rows = np.zeros((1, 2 + 2 * 7))
+    rows[:, 1] = rows[:, 2] = 1.0
+    assert np.isnan(_Recorded(rows, 2, axis="x", bins=2).error("density")).all()
+    assert np.isnan(_Recorded(rows[:0], 2, axis="x", bins=2).error("velocity")).all()

@@ -10,9 +10,10 @@ import pytest
 import sdpd
 from sdpd import cli, kernels, viscosity
 from sdpd.analysis import Correlation, Estimate
-from sdpd.viscosity import Arrangement, Comparison, Shell, judge, run_viscosity
+from sdpd.viscosity import Arrangement, Comparison, Method, Shell, judge, run_viscosity
 from sdpd.viscosity.forcing import measure_forced
 from sdpd.viscosity.predictions import friction_theory
+from sdpd.viscosity.results import mean_of
 from sdpd.viscosity.transverse import decay_rate, excess
 
 from .scenes import reduced_scene, water_scene
@@ -82,11 +83,11 @@ def test_excess_weighs_by_modes_and_shape():
         )
 
     exact = [shell(5.0 + 2.0 * s, 2) for s in (1.0, 0.5)]
-    found, reach = excess(exact, [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
+    found, _, reach = excess(exact, [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
     assert found.value == pytest.approx(2.0) and found.stderr > 0.0
     assert 0.0 < reach < 1.0
     many = [shell(7.0, 10**8), shell(6.2, 1)]
-    uneven, reach = excess(many, [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
+    uneven, _, reach = excess(many, [5.0, 5.0], [1.0, 0.5], [7.0, 6.0])
     assert uneven.value == pytest.approx(2.0, rel=1e-6) and reach < 1e-6
 
 
@@ -280,6 +281,35 @@ def test_clumping_fluid_is_refused():
         )
     with pytest.raises(ValueError, match="within the pairing limit"):
         run_viscosity(scene)
+
+
+def test_methods_of_one_run_share_their_blocks():
+    """What two methods have in common drops out of their difference and stays in their mean."""
+    rng = np.random.default_rng(3)
+    blocks = 4000
+    common, one, two = rng.normal(size=(3, blocks))
+
+    def method(values, *, shared):
+        leave = (values.sum() - values) / (blocks - 1)
+        error = float(values.std(ddof=1)) / math.sqrt(blocks)
+        return Method(
+            name="m",
+            viscosity=Estimate(float(values.mean()), error, float(blocks)),
+            accuracy=0.0,
+            wave_number=0.0,
+            measured=Estimate(0.0, error, float(blocks)),
+            leave_one_out=leave if shared else None,
+        )
+
+    a, b = method(2.0 * common + one, shared=True), method(2.0 * common + two, shared=True)
+    c = method(two, shared=False)
+    unit = 1.0 / math.sqrt(blocks)
+    assert mean_of((a, b), (1.0, -1.0)).stderr == pytest.approx(math.sqrt(2.0) * unit, rel=0.05)
+    assert mean_of((a, b), (0.5, 0.5)).stderr == pytest.approx(math.sqrt(4.5) * unit, rel=0.05)
+    assert mean_of((a, c), (1.0, -1.0)).stderr == pytest.approx(math.sqrt(6.0) * unit, rel=0.05)
+    assert mean_of((a, c), (0.25, 0.75)).value == pytest.approx(
+        0.25 * a.viscosity.value + 0.75 * c.viscosity.value
+    )
 
 
 def test_comparison_counts_only_what_is_beyond_the_accuracy():

@@ -457,6 +457,14 @@ def test_transient_channel_flow(kind):
         else:
             exact = couette_velocity(z, sim.time, wall_velocity=top, **options)
         assert np.sqrt(np.mean((v - exact) ** 2)) < 0.01 * top
+    # where the flow a support away from the walls would reach their velocities
+    away = np.abs(z - 0.5 * length) < 0.5 * length - scene.support_radius
+    if kind == "poiseuille":
+        roots = np.polynomial.Polynomial.fit(z[away], v[away], 2).roots()
+    else:
+        line = np.polynomial.Polynomial.fit(z[away], v[away], 1)
+        roots = np.array([line.roots()[0], (line - top).roots()[0]])
+    assert np.abs(np.sort(roots) - [0.0, length]).max() < 0.005 * scene.support_radius
     # the steady stress on the walls: half of the body force on each, or eta V0/L
     forces = sdpd.WallForces(every=50)
     sim.run(steps=50, observe=forces)

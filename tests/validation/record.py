@@ -22,6 +22,7 @@ RESULTS = ROOT / "tests" / "validation" / "results.json"
 # Files of walls count for the cases with walls only: without walls none of their code runs.
 WALLED = {
     "channel_noise",
+    "containment",
     "couette",
     "cylinder",
     "poiseuille",

@@ -10,6 +10,7 @@ import numpy as np
 
 from sdpd.correlations.recorder import FUNCTIONS
 from sdpd.correlations.report import threshold
+from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, figure_or_new, save
 
 if TYPE_CHECKING:
     from sdpd.correlations.results import Shell
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["plot", "plot_function", "write_figure"]
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # Okabe and Ito
+SIZE = (12.0, 7.2)
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 MARKERS = ("o", "s", "^", "D", "v", "P")
 SPANS = {
     "transverse": 3.0,
@@ -48,10 +50,7 @@ def plot(study: Study, figure: Any = None) -> Any:
     -------
     matplotlib Figure
     """
-    if figure is None:
-        from matplotlib import pyplot as plt
-
-        figure = plt.figure(figsize=(12.0, 7.2), layout="constrained")
+    figure = figure_or_new(figure, SIZE)
     panels = figure.subplots(2, 3).ravel()
     for axes, name in zip(panels, FUNCTIONS[:4], strict=False):
         plot_function(study, name, axes)
@@ -74,17 +73,7 @@ def plot(study: Study, figure: Any = None) -> Any:
 
 def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
     """Write correlations.png; the folder is made if need be."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(12.0, 7.2), layout="constrained")
-    FigureCanvasAgg(figure)
-    plot(study, figure)
-    path = target / "correlations.png"
-    figure.savefig(path, dpi=120)
-    return path
+    return save(lambda figure: plot(study, figure), folder, "correlations", size=SIZE)
 
 
 def plot_function(study: Study, name: str, axes: Any, *, span: float | None = None) -> None:

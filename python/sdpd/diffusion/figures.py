@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd.diffusion.cases import EXPERIMENTAL_WATER
+from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, VERMILION, figure_or_new, save
 
 if TYPE_CHECKING:
     from sdpd.diffusion.study import Study
@@ -23,24 +24,17 @@ __all__ = ["plot_diffusion", "plot_schmidt", "write_figures"]
 Array = NDArray[np.float64]
 Convert = Callable[[Any], Any]
 
-# the palette of Okabe and Ito, told apart by colour-blind readers too
-_BLUE, _ORANGE, _GREEN, _VERMILION, _PURPLE = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#D55E00",
-    "#CC79A7",
-)
+SIZE = (7.2, 8.0)
 # name in CaseResult, shift along the axis (the points would hide each other), marker, colour, text
 _MEASURED = (
-    ("short", 0.94, "o", _BLUE, "short times, slope of the VACF"),
-    ("msd", 1.0, "s", _VERMILION, "long times, mean-square displacement"),
-    ("integral", 1.06, "^", _GREEN, "long times, integral of the VACF"),
+    ("short", 0.94, "o", BLUE, "short times, slope of the VACF"),
+    ("msd", 1.0, "s", VERMILION, "long times, mean-square displacement"),
+    ("integral", 1.06, "^", GREEN, "long times, integral of the VACF"),
 )
 _FORMULAS = (
     ("continuum", "-", "0.2", r"$D_K = K h^2\rho\,k_BT/(m\eta)$, $K = %s$"),
-    ("bird", "--", _PURPLE, r"$D_\mathrm{bird} = k_BT/(2\pi\eta\,\Delta x)$ (Y 3.7)"),
-    ("dissertation", ":", _ORANGE, r"$D_h = \rho h^2k_BT/(63\,m\eta)$ (Y 3.8)"),
+    ("bird", "--", PURPLE, r"$D_\mathrm{bird} = k_BT/(2\pi\eta\,\Delta x)$ (Y 3.7)"),
+    ("dissertation", ":", ORANGE, r"$D_h = \rho h^2k_BT/(63\,m\eta)$ (Y 3.8)"),
 )
 
 
@@ -69,27 +63,17 @@ def plot_schmidt(study: Study, figure: Any = None) -> Any:
 
 def write_figures(study: Study, folder: str | os.PathLike[str]) -> list[Path]:
     """Write diffusion.png and schmidt.png; the folder is made if need be."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    drawn = {"diffusion": plot_diffusion, "schmidt": plot_schmidt}
 
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for name, plot in (("diffusion", plot_diffusion), ("schmidt", plot_schmidt)):
-        figure = Figure(figsize=(7.2, 8.0), layout="constrained")
-        FigureCanvasAgg(figure)
-        plot(study, figure)
-        path = target / f"{name}.png"
-        figure.savefig(path, dpi=150)
-        paths.append(path)
-    return paths
+    def one(name: str) -> Path:
+        draw = drawn[name]
+        return save(lambda figure: draw(study, figure), folder, name, size=SIZE, dpi=150)
+
+    return [one(name) for name in drawn]
 
 
 def _plot(study: Study, figure: Any, convert: Convert, label: str) -> Any:
-    if figure is None:
-        from matplotlib import pyplot as plt
-
-        figure = plt.figure(figsize=(7.2, 8.0), layout="constrained")
+    figure = figure_or_new(figure, SIZE)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
     results = study.results
     size = np.array([r.formulas.size_ratio for r in results])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sdpd.drawing import BLUE, GREEN, VERMILION, figure_or_new, save
 from sdpd.fluctuations.report import threshold
 from sdpd.fluctuations.sampler import HISTOGRAM
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["plot", "write_figure"]
 
-_BLUE, _VERMILION, _GREEN = "#0072B2", "#D55E00", "#009E73"  # Okabe and Ito
+SIZE = (12.0, 7.2)
 
 
 def plot(study: Study, figure: Any = None) -> Any:
@@ -32,10 +33,7 @@ def plot(study: Study, figure: Any = None) -> Any:
     -------
     matplotlib Figure
     """
-    if figure is None:
-        from matplotlib import pyplot as plt
-
-        figure = plt.figure(figsize=(12.0, 7.2), layout="constrained")
+    figure = figure_or_new(figure, SIZE)
     panels = figure.subplots(2, 3).ravel()
     drawn = (_structure, _currents, _histogram, _quantiles, _space, _deviations)
     for axes, draw in zip(panels, drawn, strict=True):
@@ -54,17 +52,7 @@ def plot(study: Study, figure: Any = None) -> Any:
 
 def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
     """Write fluctuations.png; the folder is made if need be."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(12.0, 7.2), layout="constrained")
-    FigureCanvasAgg(figure)
-    plot(study, figure)
-    path = target / "fluctuations.png"
-    figure.savefig(path, dpi=120)
-    return path
+    return save(lambda figure: plot(study, figure), folder, "fluctuations", size=SIZE)
 
 
 def _points(axes: Any, x: Any, rows: Any, color: str, marker: str, text: str) -> None:
@@ -85,7 +73,7 @@ def _points(axes: Any, x: Any, rows: Any, color: str, marker: str, text: str) ->
 
 def _structure(study: Study, axes: Any) -> None:
     sampler, h = study.sampler, study.scene.support_radius
-    _points(axes, sampler.wave_number * h, sampler.table["structure"], _BLUE, "o", "measured")
+    _points(axes, sampler.wave_number * h, sampler.table["structure"], BLUE, "o", "measured")
     if study.prediction is not None:
         k = np.linspace(0.0, 1.05 * float(sampler.wave_number[-1]), 200)
         expected = study.prediction.structure_factor(k)
@@ -99,7 +87,7 @@ def _structure(study: Study, axes: Any) -> None:
 
 def _currents(study: Study, axes: Any) -> None:
     sampler, h = study.sampler, study.scene.support_radius
-    kinds = (("longitudinal", _VERMILION, "s", 0.99), ("transverse", _BLUE, "o", 1.01))
+    kinds = (("longitudinal", VERMILION, "s", 0.99), ("transverse", BLUE, "o", 1.01))
     for kind, color, marker, shift in kinds:
         _points(axes, shift * sampler.wave_number * h, sampler.table[kind], color, marker, kind)
     axes.axhline(1.0, color="0.2")
@@ -113,7 +101,7 @@ def _histogram(study: Study, axes: Any) -> None:
     width = HISTOGRAM[1] - HISTOGRAM[0]
     centers = 0.5 * (HISTOGRAM[1:] + HISTOGRAM[:-1])
     seen = counts > 0
-    axes.plot(centers[seen], counts[seen] / counts.sum() / width, "o", color=_BLUE, markersize=3)
+    axes.plot(centers[seen], counts[seen] / counts.sum() / width, "o", color=BLUE, markersize=3)
     axes.plot(centers, np.exp(-0.5 * centers**2) / np.sqrt(2.0 * np.pi), color="0.2")
     label = r"$v/\sqrt{k_BT/m}$"
     axes.set(xlabel=label, ylabel="probability density", title="velocities", yscale="log")
@@ -125,7 +113,7 @@ def _quantiles(study: Study, axes: Any) -> None:
     share = np.cumsum(study.sampler.histogram) / study.sampler.histogram.sum()
     inside = (share > 1e-5) & (share < 1.0 - 1e-5)
     normal = stats.norm.ppf(share[inside])
-    axes.plot(normal, HISTOGRAM[1:][inside] - normal, "o", color=_BLUE, markersize=3)
+    axes.plot(normal, HISTOGRAM[1:][inside] - normal, "o", color=BLUE, markersize=3)
     axes.axhline(0.0, color="0.2")
     axes.set(
         xlabel="quantile of the normal distribution",
@@ -140,7 +128,7 @@ def _space(study: Study, axes: Any) -> None:
     edges = sampler.distance_edges / study.scene.support_radius
     seen = counts.all(axis=0)
     centers = 0.5 * (edges[1:] + edges[:-1])[seen]
-    _points(axes, centers, sums[:, seen] / counts[:, seen], _GREEN, "o", "measured")
+    _points(axes, centers, sums[:, seen] / counts[:, seen], GREEN, "o", "measured")
     exact = -1.0 / study.scene.n_particles
     axes.axhline(exact, color="0.2", label="exact: $-1/N$, as the total momentum is zero")
     label = r"$\langle v_i\cdot v_j\rangle/(D\,k_BT/m)$"
@@ -153,8 +141,8 @@ def _deviations(study: Study, axes: Any) -> None:
     exact = np.array([item.exact for item in study.items])
     order = np.arange(z.size)
     axes.axhspan(-threshold(study), threshold(study), color="0.92")
-    axes.plot(order[exact], z[exact], "o", color=_BLUE, markersize=4, label="theory exact")
-    axes.plot(order[~exact], z[~exact], "s", color=_VERMILION, markersize=4, label="RPA")
+    axes.plot(order[exact], z[exact], "o", color=BLUE, markersize=4, label="theory exact")
+    axes.plot(order[~exact], z[~exact], "s", color=VERMILION, markersize=4, label="RPA")
     axes.set(xlabel="row of the table", ylabel="$z$", title="distance from theory, SE")
     axes.set_yscale("symlog", linthresh=5.0)
     axes.legend(fontsize=8)

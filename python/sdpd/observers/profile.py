@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Profile"]
 
+GROUPS = 32  # stretches of time behind a standard error, at most
+
 
 class Profile(LoopObserver):
     """Mean velocity, temperature, density and pressure in bins.
@@ -40,8 +42,8 @@ class Profile(LoopObserver):
 
     Notes
     -----
-    Only whole blocks count. Blocks should be longer than the flow remembers: errors are those of
-    independent blocks.
+    Only whole blocks count. Errors are those of independent blocks, or of 32 stretches of time
+    where there are more: blocks or stretches should be longer than the flow remembers.
 
     Examples
     --------
@@ -203,6 +205,9 @@ class Profile(LoopObserver):
     def error(self, name: str) -> Array:
         """Standard error of the mean of a profile, from its blocks; NaN below two.
 
+        More than 32 blocks are joined to so many stretches of time first, which tell more of what
+        the flow remembers; each counts by the particles it has seen in a bin.
+
         Parameters
         ----------
         name : {"velocity", "temperature", "density", "pressure"}
@@ -211,11 +216,18 @@ class Profile(LoopObserver):
         -------
         ndarray of float64, shape (bins,) or (bins, D)
         """
-        series = self.series(name)
-        if len(series) < 2:
-            return np.full(series.shape[1:], np.nan)
-        # Blocks weigh as many particles as they have; their numbers hardly differ.
-        return np.asarray(np.nanstd(series, axis=0, ddof=1) / np.sqrt(len(series)))
+        validation.choice("name", name, ("velocity", "temperature", "density", "pressure"))
+        sums = self._sums()
+        groups = min(GROUPS, len(sums))
+        starts = np.arange(groups) * len(sums) // max(1, groups)
+        sums = np.add.reduceat(sums, starts, axis=0) if groups else np.zeros((1, *sums.shape[1:]))
+        series, mean = self._quantity(name, sums), self._mean(name)
+        weight = sums[..., 0].reshape(sums.shape[:2] + (1,) * (series.ndim - 2))
+        seen = np.sum(weight > 0.0, axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = weight / weight.sum(axis=0)
+            square = np.nansum((share * (series - mean)) ** 2, axis=0) * seen / (seen - 1.0)
+        return np.asarray(np.where(seen > 1, np.sqrt(np.where(seen > 1, square, 0.0)), np.nan))
 
     @property
     def velocity(self) -> Array:

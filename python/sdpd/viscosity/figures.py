@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sdpd.drawing import BLUE, GREEN, ORANGE, VERMILION, figure_or_new, save
+
 if TYPE_CHECKING:
     from sdpd.viscosity.study import Study
 
 __all__ = ["plot", "write_figure"]
 
-_BLUE, _VERMILION, _GREEN, _ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"  # Okabe and Ito
-_COLOURS = (_GREEN, _BLUE, _VERMILION)  # of the methods, in their order
+SIZE = (10.0, 7.2)
+_COLOURS = (GREEN, BLUE, VERMILION)  # of the methods, in their order
 
 
 def plot(study: Study, figure: Any = None) -> Any:
@@ -30,10 +32,7 @@ def plot(study: Study, figure: Any = None) -> Any:
     -------
     matplotlib Figure
     """
-    if figure is None:
-        from matplotlib import pyplot as plt
-
-        figure = plt.figure(figsize=(10.0, 7.2), layout="constrained")
+    figure = figure_or_new(figure, SIZE)
     panels = figure.subplots(2, 2).ravel()
     for axes, draw in zip(panels, (_methods, _waves, _lags, _decays), strict=True):
         draw(study, axes)
@@ -52,17 +51,7 @@ def plot(study: Study, figure: Any = None) -> Any:
 
 def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
     """Write viscosity.png; the folder is made if need be."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(10.0, 7.2), layout="constrained")
-    FigureCanvasAgg(figure)
-    plot(study, figure)
-    path = target / "viscosity.png"
-    figure.savefig(path, dpi=120)
-    return path
+    return save(lambda figure: plot(study, figure), folder, "viscosity", size=SIZE)
 
 
 def _expected(study: Study) -> float:
@@ -91,7 +80,7 @@ def _methods(study: Study, axes: Any) -> None:
     kubo = study.stress.green_kubo.scaled(1.0 / study.asked)
     names.append("Green-Kubo")
     axes.errorbar(
-        kubo.value, 6, xerr=kubo.stderr, fmt="o", color=_GREEN, capsize=4, markerfacecolor="white"
+        kubo.value, 6, xerr=kubo.stderr, fmt="o", color=GREEN, capsize=4, markerfacecolor="white"
     )
     axes.set_yticks(range(7), names)
     axes.set_ylim(6.6, -1.2)
@@ -130,7 +119,7 @@ def _waves(study: Study, axes: Any) -> None:
         [e.value / asked for e in found],
         yerr=[e.stderr / asked for e in found],
         fmt="o",
-        color=_BLUE,
+        color=BLUE,
         capsize=4,
         label="transverse currents",
     )
@@ -150,15 +139,15 @@ def _lags(study: Study, axes: Any) -> None:
 
     level = np.full(t.size, stress.delta.value / asked)
     axes.plot(t / tau, level, color="0.2", linewidth=1.0, label="random, exact")
-    for name, color in (("conservative", _ORANGE), ("kinetic", _BLUE)):
+    for name, color in (("conservative", ORANGE), ("kinetic", BLUE)):
         top = level + growth(stress.parts[name])
         axes.fill_between(
             t / tau, level, top, color=color, alpha=0.4, linewidth=0, label=f"+ {name}"
         )
         level = top
     value, error = growth(stress.increments), stress.increments.stderr[1:] / (cell * t)
-    axes.plot(t / tau, value, color=_GREEN, label="total")
-    axes.fill_between(t / tau, value - error, value + error, color=_GREEN, alpha=0.2, linewidth=0)
+    axes.plot(t / tau, value, color=GREEN, label="total")
+    axes.fill_between(t / tau, value - error, value + error, color=GREEN, alpha=0.2, linewidth=0)
     first, last = study.plan.stress_window
     axes.axvspan(first / tau, last / tau, color="0.93", label="window of the slope", zorder=0)
     axes.set(

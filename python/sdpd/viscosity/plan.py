@@ -35,6 +35,7 @@ FORCED_SHARE = 0.3  # of the steps
 SAMPLES = 24  # arrangements looked at
 POINTS = 64  # equally spaced lags of the correlators
 LEVELS = 3
+MOST_POINTS = 1024  # of the currents
 MOST_VECTORS = 13
 LARGEST_KH = 4.0
 FASTEST_DECAY = 0.6  # of a wave in one step, beyond which it is no eigenmode of the steps
@@ -61,8 +62,8 @@ class Plan:
         n of k = 2 pi n/L, whole shells.
     current_every, stress_every, arrangement_every, forced_every : int
         Steps between samples, >= 1.
-    current_levels : int
-        Levels of `POINTS` lags behind the currents, each twice as coarse as the one before, >= 1.
+    current_points, current_levels : int
+        Lags of the currents, see `sdpd.CurrentCorrelator`.
     current_lag : float
         Last lag of the integral of the transverse currents [time].
     stress_window : tuple of float
@@ -78,6 +79,7 @@ class Plan:
     blocks: int = BLOCKS
     wave_vectors: NDArray[np.int64]
     current_every: int
+    current_points: int
     current_levels: int
     stress_every: int
     arrangement_every: int
@@ -94,6 +96,7 @@ class Plan:
             validation.integer(name, getattr(self, name), minimum=8 * self.blocks)
         for kind in ("current", "stress", "arrangement", "forced"):
             validation.integer(f"{kind}_every", getattr(self, f"{kind}_every"), minimum=1)
+        validation.integer("current_points", self.current_points, minimum=4)
         validation.integer("current_levels", self.current_levels, minimum=1)
         validation.positive("current_lag", self.current_lag)
         first, last = self.stress_window
@@ -215,10 +218,13 @@ def plan_scene(
     slowest, fastest = friction_theory(scene).plane_wave_rates(lengths)[0][[0, -1]]
     last = min(2.0 * relaxed, steps * step / (1.5 * BLOCKS))
     current = min(max(5.0 / slowest, relaxed), steps * step / (1.5 * BLOCKS))
-    # The samples must resolve the fastest decay however far the lags reach: half of an unresolved
-    # correlation function is its value at lag 0, and the noise of the rest is so much larger.
+    # Samples must resolve the fastest decay however far the lags reach: half of an unresolved
+    # function is its value at lag 0. Levels of lags take origins further apart than the decay, so
+    # that the noise of the integral grows: there are many lags on the first.
     current_every = max(1, int(0.2 / (fastest * step)))
-    reach = current / (current_every * step * (POINTS - 1))
+    lags = current / (current_every * step)
+    current_points = min(MOST_POINTS, max(POINTS, 2 * math.ceil(0.5 * lags) + 2))
+    reach = lags / (current_points - 1)
     return Plan(
         dt=step,
         equilibration=max(200, min(int(3.0 * relaxed / step), steps // 4)),
@@ -226,6 +232,7 @@ def plan_scene(
         forced_steps=forced,
         wave_vectors=vectors,
         current_every=current_every,
+        current_points=current_points,
         current_levels=1 + max(0, math.ceil(math.log2(reach))),
         stress_every=max(1, round(last / ((POINTS - 2) * step))),
         arrangement_every=max(1, steps // SAMPLES),

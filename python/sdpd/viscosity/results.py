@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sdpd.analysis import (
     Correlation,
@@ -14,6 +15,7 @@ from sdpd.analysis import (
     bonferroni,
     einstein_viscosity,
     green_kubo_viscosity,
+    jackknife,
 )
 
 if TYPE_CHECKING:
@@ -21,7 +23,18 @@ if TYPE_CHECKING:
     from sdpd.scene import Scene
     from sdpd.viscosity.plan import Plan
 
-__all__ = ["LEVEL", "Comparison", "Method", "Stress", "compare", "judge", "measure_stress"]
+__all__ = [
+    "LEVEL",
+    "Comparison",
+    "Method",
+    "Stress",
+    "compare",
+    "judge",
+    "mean_of",
+    "measure_stress",
+]
+
+Array = NDArray[np.float64]
 
 LEVEL = 0.01  # probability that any comparison of a right simulation fails
 SHAPE_ERROR = 0.4  # of what theory says about how the excess falls with k
@@ -29,7 +42,7 @@ SLOWNESS = 2.0  # stress still to relax over what theory says
 THINNING = 0.05  # of the excess: what the forced flow may lose by its shear rate
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Method:
     """One way to the viscosity.
 
@@ -45,6 +58,9 @@ class Method:
         k at which it was measured [1/length].
     measured : Estimate
         At that k [pressure x time].
+    leave_one_out : ndarray, shape (B,), or None
+        `viscosity` without each block of the run at equilibrium, so that what methods of this one
+        run have in common is not counted twice; None for a run of its own.
     """
 
     name: str
@@ -52,6 +68,7 @@ class Method:
     accuracy: float
     wave_number: float
     measured: Estimate
+    leave_one_out: Array | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +126,8 @@ class Stress:
         Of the mean stress over the intervals [pressure^2].
     einstein, green_kubo : Estimate
         Viscosities [pressure x time].
+    leave_one_out : ndarray, shape (B,)
+        `einstein` without each block.
     shares : dict of Estimate
         Viscosities by the kinetic, collisional, conservative and dissipative parts alone.
     delta : Estimate
@@ -120,6 +139,7 @@ class Stress:
     autocorrelation: Correlation
     einstein: Estimate
     green_kubo: Estimate
+    leave_one_out: Array
     shares: dict[str, Estimate]
     delta: Estimate
 
@@ -160,6 +180,7 @@ def measure_stress(
         parts=parts,
         autocorrelation=function,
         einstein=slope(quiet),
+        leave_one_out=np.array([slope(_without(quiet, b)).value for b in range(quiet.n_blocks)]),
         green_kubo=green_kubo_viscosity(
             function,
             volume=volume,
@@ -168,6 +189,14 @@ def measure_stress(
         ),
         shares={name: slope(parts[name]) for name in names},
         delta=random,
+    )
+
+
+def _without(curve: Correlation, block: int) -> Correlation:
+    return replace(
+        curve,
+        blocks=np.delete(curve.blocks, block, axis=0),
+        block_counts=np.delete(curve.block_counts, block, axis=0),
     )
 
 
@@ -180,7 +209,7 @@ def compare(methods: Sequence[Method], unit: float) -> tuple[Comparison, ...]:
                 Comparison(
                     first=first.name,
                     second=second.name,
-                    difference=_difference(first.viscosity, second.viscosity),
+                    difference=_difference(first, second),
                     accuracy=first.accuracy + second.accuracy,
                     unit=unit,
                 )
@@ -194,11 +223,30 @@ def judge(comparisons: Sequence[Comparison]) -> tuple[bool, ...]:
     return tuple(not bool(value) for value in rejected)
 
 
-def _difference(first: Estimate, second: Estimate) -> Estimate:
-    """Of two independent estimates, with the degrees of freedom of Welch and Satterthwaite."""
-    own = (first.stderr**2 + second.stderr**2) ** 2
-    parts = [e.stderr**4 / max(e.n_effective - 1.0, 1.0) for e in (first, second)]
-    freedom = own / sum(parts) if sum(parts) > 0.0 else np.inf
-    return Estimate(
-        first.value - second.value, float(np.hypot(first.stderr, second.stderr)), freedom + 1.0
-    )
+def mean_of(methods: Sequence[Method], weights: Sequence[float]) -> Estimate:
+    """Weighted mean; methods of one run share their blocks.
+
+    Parameters
+    ----------
+    methods : sequence of Method
+    weights : sequence of float
+        Their sum is 1 for a mean, 0 for a difference.
+    """
+    value = sum(w * m.viscosity.value for w, m in zip(weights, methods, strict=True))
+    shared: dict[int, Array] = {}
+    parts: list[tuple[float, float]] = []  # standard error and degrees of freedom
+    for weight, method in zip(weights, methods, strict=True):
+        leave, own = method.leave_one_out, method.viscosity
+        if leave is None:
+            parts.append((abs(weight) * own.stderr, max(own.n_effective - 1.0, 1.0)))
+        else:
+            shared[leave.size] = shared.get(leave.size, 0.0) + weight * leave
+    parts += [(jackknife(sum_of, 0.0)[1], size - 1.0) for size, sum_of in shared.items()]
+    square = sum(error**2 for error, _ in parts)
+    fourth = sum(error**4 / freedom for error, freedom in parts)  # Welch and Satterthwaite
+    freedom = square**2 / fourth if fourth > 0.0 else np.inf
+    return Estimate(value, float(np.sqrt(square)), freedom + 1.0)
+
+
+def _difference(first: Method, second: Method) -> Estimate:
+    return mean_of((first, second), (1.0, -1.0))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sdpd import validation
-from sdpd.analysis import Estimate, combine
+from sdpd.analysis import Estimate
 from sdpd.errors import TimeStepWarning
 from sdpd.scene import Scene
 from sdpd.theory import ViscosityTheory
@@ -27,6 +27,7 @@ from sdpd.viscosity.results import (
     Stress,
     compare,
     judge,
+    mean_of,
     measure_stress,
 )
 from sdpd.viscosity.transverse import Shell, excess, shell_viscosities
@@ -99,12 +100,8 @@ class Study:
     @property
     def viscosity(self) -> Estimate:
         """All methods together, weighted by standard error and accuracy."""
-        found = [each.viscosity for each in self.methods]
         weight = np.array([1.0 / (e.viscosity.stderr**2 + e.accuracy**2) for e in self.methods])
-        weight /= weight.sum()
-        shares = [e.scaled(float(w)) for e, w in zip(found, weight, strict=True)]
-        sum_of = combine(shares)  # their mean
-        return sum_of.scaled(float(len(shares)))
+        return mean_of(self.methods, (weight / weight.sum()).tolist())
 
     @property
     def unit(self) -> float:
@@ -254,7 +251,7 @@ def _equilibrium(
     currents = CurrentCorrelator(
         plan.wave_vectors,
         every=plan.current_every,
-        points=POINTS,
+        points=plan.current_points,
         levels=plan.current_levels,
     )
     stress = StressCorrelator(every=plan.stress_every, points=POINTS, levels=LEVELS, parts=True)
@@ -289,7 +286,7 @@ def _methods(
     base = [factor * each.value for each in arrangement.waves]
     straight = factor * arrangement.friction.value
     rough = [b + added * s for b, s in zip(base, shape, strict=True)]
-    more, reach = excess(shells, base, shape, rough)
+    more, leave, reach = excess(shells, base, shape, rough)
     size = max(added, more.value)
     unrelaxed = [
         SLOWNESS * size * float(theory.remaining(lag))
@@ -301,6 +298,7 @@ def _methods(
         accuracy=unrelaxed[0],
         wave_number=0.0,
         measured=stress.einstein,
+        leave_one_out=stress.leave_one_out,
     )
     transverse = Method(
         name="transverse currents",
@@ -308,6 +306,7 @@ def _methods(
         accuracy=unrelaxed[1] + SHAPE_ERROR * size * reach,
         wave_number=shells[0].wave_number,
         measured=shells[0].viscosity,
+        leave_one_out=straight + leave,
     )
     here = forced.value - base[near]
     driven = Method(

@@ -120,7 +120,7 @@ def excess(
     base: Sequence[float],
     shape: Sequence[float],
     expected: Sequence[float],
-) -> tuple[Estimate, float]:
+) -> tuple[Estimate, Array, float]:
     """What the fluid adds to its friction at k = 0, from all wave numbers together.
 
     Parameters
@@ -140,6 +140,8 @@ def excess(
     -------
     excess : Estimate
         At k = 0, by least squares [pressure x time].
+    leave_one_out : ndarray, shape (B,)
+        The same without each block.
     reach : float
         How far the shells are from k = 0: the share of it that the shape adds to what was measured
         [1].
@@ -150,7 +152,8 @@ def excess(
     weight /= float(weight @ form)
     added = np.array([shell.viscosity.value for shell in shells]) - np.asarray(base)
     leave = np.stack([shell.leave_one_out for shell in shells], axis=1) @ weight
+    leave = leave - float(weight @ np.asarray(base))
     _, stderr = jackknife(leave, float(leave.mean()))
     window = shells[0].viscosity.window
     found = Estimate(float(weight @ added), stderr, float(leave.size), window)
-    return found, float(weight.sum()) - 1.0
+    return found, leave, float(weight.sum()) - 1.0

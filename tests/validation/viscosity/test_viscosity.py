@@ -17,11 +17,12 @@ from scipy import stats
 import sdpd
 from sdpd.fluctuations.plan import equilibrium_time_step
 from sdpd.viscosity import Study, run_viscosity
+from sdpd.viscosity.results import mean_of
 from tests.validation import record
 
 EDGE = {2: 16, 3: 8}
 # Lags must outlast the relaxation of the stress, whose time goes with the friction.
-TIME_FACTOR = {2.0: 0.35, 5.0: 0.35, 20.0: 0.5, 80.0: 1.5}
+TIME_FACTOR = {2.0: 0.35, 5.0: 0.35, 20.0: 0.5, 80.0: 2.0}
 SHARE = {2: 0.4, 3: 1.0}  # of it
 CASES = [
     (dimension, kernel, eta)
@@ -70,7 +71,8 @@ def test_methods_agree(case: tuple[int, str, float]) -> None:
     # alone it must not be so noisy that it says nothing.
     for method in study.methods:
         assert method.viscosity.relative < 0.12, f"{method.name}: too noisy to see a fault"
-    assert study.viscosity.relative < 0.03
+    # In the thickest fluids pressure forces relax over 4000 tau: a run holds few of those times.
+    assert study.viscosity.relative < (0.05 if case[2] > 20.0 else 0.03)
 
 
 @pytest.mark.parametrize("case", CASES, ids=name_of)
@@ -87,14 +89,15 @@ def test_no_method_is_biased() -> None:
         pulls, errors = [], []
         for case in CASES:
             methods = study_of(*case).methods
-            mine, others = methods[index], [m for k, m in enumerate(methods) if k != index]
-            weight = np.array([m.viscosity.stderr**-2 for m in others])
-            mean = float(weight @ [m.viscosity.value for m in others]) / weight.sum()
-            error = math.hypot(mine.viscosity.stderr, weight.sum() ** -0.5)
+            weight = np.array([m.viscosity.stderr**-2 for m in methods])
+            weight[index] = 0.0
+            weight /= -weight.sum()
+            weight[index] = 1.0
+            off = mean_of(methods, weight.tolist())
             slack = max(m.accuracy for m in methods)
-            off = mine.viscosity.value - mean
-            pulls.append(math.copysign(max(0.0, abs(off) - slack), off) / error)
-            errors.append(error / mine.viscosity.value)
+            beyond = math.copysign(max(0.0, abs(off.value) - slack), off.value)
+            pulls.append(beyond / off.stderr)
+            errors.append(off.stderr / methods[index].viscosity.value)
         z = float(np.sum(pulls)) / math.sqrt(len(pulls))
         assert float(np.mean(errors)) / math.sqrt(len(errors)) < 0.015
         assert 2.0 * stats.norm.sf(abs(z)) > 1e-3, f"{methods[index].name}: z = {z:+.1f}"
