@@ -6,6 +6,7 @@ The ready scenes `poiseuille` and `couette`: Yang (2013), sections 3.1 and 3.2, 
 from __future__ import annotations
 
 import csv
+import itertools
 import math
 import os
 from collections.abc import Sequence
@@ -18,19 +19,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import validation
+from sdpd.drawing import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    figure_or_new,
+    save,
+)
 from sdpd.effects import UniformForce
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
 from sdpd.theory import couette_velocity, poiseuille_velocity
 from sdpd.units import quantity, table
 
-__all__ = ["KINDS", "TIMES", "Moment", "Study", "run_channel", "write", "write_figure"]
+__all__ = ["KINDS", "TIMES", "Moment", "Study", "plot", "run_channel", "write", "write_figure"]
 
 Array = NDArray[np.float64]
 KINDS = ("poiseuille", "couette")
 TIMES = (0.05, 0.1, 0.2, 0.5, 1.0)  # s, as published
 LIMIT = 0.01  # of the rms error over the steady maximum
 _QUICK = 20  # layers of particles
+_SIZE = (9.0, 3.6)  # inch
 
 
 @dataclass(frozen=True)
@@ -206,34 +218,43 @@ def write(study: Study, folder: str | os.PathLike[str]) -> list[Path]:
     return paths
 
 
-def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
-    """Write KIND.png: profiles beside the closed form, and errors; needs matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+def plot(study: Study, figure: Any = None) -> Any:
+    """Draw profiles beside the closed form, and errors.
 
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    Parameters
+    ----------
+    study : Study
+    figure : matplotlib Figure, optional
+        Drawn into; a new one of pyplot if None.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    figure = figure_or_new(figure, _SIZE)
     left, right = figure.subplots(1, 2)
     width, share = study.scene.box.lengths[-1], np.linspace(0.0, 1.0, 300)
-    unit = "m" if study.scene.fluid.is_si else "length"
-    for moment in study.moments:
-        label = quantity(moment.time, "s", si=study.scene.fluid.is_si)
-        (dots,) = left.plot(moment.z, moment.velocity, "o", markersize=2.0, label=label)
-        colour = dots.get_color()
+    si = study.scene.fluid.is_si
+    colours = itertools.cycle((BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY))
+    for moment, colour in zip(study.moments, colours, strict=False):
+        dots = {"color": colour, "linestyle": "", "marker": "o", "markersize": 2.0}
+        text = quantity(moment.time, "s", si=si)
+        left.plot(moment.z, moment.velocity, label=text, **dots)
         curve = _closed_form(study.kind, study.scene, share, moment.time)
         left.plot(share * width, curve, color=colour, linewidth=1.0)
         error = 100.0 * (moment.velocity - moment.expected) / study.largest_velocity
-        right.plot(moment.z, error, "o", color=colour, markersize=2.0)
-    speed = "m/s" if study.scene.fluid.is_si else "length/time"
-    text = f"velocity along the plates [{speed}]"
-    left.set(xlabel=f"z [{unit}]", ylabel=text, title="lines: closed form")
-    right.set(xlabel=f"z [{unit}]", ylabel="error (% of the steady maximum)")
+        right.plot(moment.z, error, **dots)
+    place = f"z [{'m' if si else 'length'}]"
+    speed = f"velocity along the plates [{'m/s' if si else 'length/time'}]"
+    left.set(xlabel=place, ylabel=speed, title="lines: closed form")
+    right.set(xlabel=place, ylabel="error (% of the steady maximum)")
     left.legend(fontsize=8)
     for axes in (left, right):
         axes.grid(color="0.9", linewidth=0.7)
         axes.set_axisbelow(True)
-    path = target / f"{study.kind}.png"
-    figure.savefig(path, dpi=120)
-    return path
+    return figure
+
+
+def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
+    """Write KIND.png, the drawing of `plot`; the folder is made if need be."""
+    return save(lambda figure: plot(study, figure), folder, study.kind, size=_SIZE)

@@ -306,7 +306,7 @@ class Simulation(Particles):
 
     def _move_walls(self, walls: tuple[Wall, ...]) -> None:
         for index, (old, new) in enumerate(zip(self._walls, walls, strict=True)):
-            if new != old:
+            if wall_motion.motion(new) != wall_motion.motion(old):
                 self._core.move_wall(index, new.core(self._scene.box))
         self._walls = walls
 

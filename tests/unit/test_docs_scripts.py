@@ -95,6 +95,30 @@ def test_orientation_average_is_the_sum_over_all_directions(script):
     assert found == pytest.approx(expected, rel=1e-5)
 
 
+def test_delivered_viscosity_of_a_lattice_is_its_average_over_directions(script):
+    """What the scripts of flows between walls find in an arrangement, against the lattice sum."""
+    import numpy as np
+
+    import sdpd
+
+    scene = sdpd.Scene(
+        fluid=sdpd.fluids.water(),
+        box=sdpd.Box((1e-3, 1e-3, 1e-3)),
+        resolution=sdpd.Resolution(particles=(7, 7, 7), kernel="wendland_c2", support=2.6),
+        effects=sdpd.Effects(fluctuations=False),
+    )
+    sim = sdpd.Simulation(scene, threads=1)
+    everywhere = np.ones(sim.n_particles, dtype=bool)
+    found = script("channel").delivered_viscosity(sim, everywhere)
+    axis = np.arange(-3, 4.0)
+    offsets = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    square = np.square(offsets).sum(axis=1)
+    w, f = sdpd.kernels.evaluate("wendland_c2", 3, np.sqrt(square), 2.6)
+    assert found == pytest.approx(
+        0.5 * (f * square).sum() / w.sum() ** 2 * (5 / 9 + 1 / 9), rel=1e-9
+    )
+
+
 def test_frozen_factors_of_a_lattice_are_the_lattice_sums(script):
     """On a lattice plane waves are eigenvectors: nothing relaxes."""
     import numpy as np

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import sdpd
+from tests.validation.channel import script
 
 from .scenes import reduced_scene
 
@@ -105,6 +106,14 @@ def test_a_cylinder_begins_to_turn_and_drags_the_fluid():
     turning = r[:, 0] * sim.velocities[:, 1] - r[:, 1] * sim.velocities[:, 0]
     assert turning.sum() > 0.0
     assert turning.max() < 0.05 * 11.0**2 * 1.2
+
+
+def test_a_plate_that_oscillates_drives_stokes_layer():
+    """At 16 layers, velocity and stress on the plate; tests/validation/wall_flows has 48."""
+    plate = script("wall_flows").oscillating_plate(16, 3.0)
+    assert plate.rms < 0.008
+    assert plate.amplitude == pytest.approx(1.0, abs=0.005)
+    assert abs(plate.phase) < 2.0
 
 
 def test_what_walls_cannot_do_is_refused():
