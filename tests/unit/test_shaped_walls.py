@@ -696,3 +696,24 @@ def test_walls_receive_what_the_fluid_loses():
         received = (forces.force[:, 0] * interval[:, None]).sum(axis=0)
         scale = np.abs(forces.force).sum() * interval[0]
         assert np.abs(sim.momentum - before + received).max() < 1e-12 * scale
+
+
+@pytest.mark.parametrize("support", [2.0, 2.4, 3.0])
+def test_a_surface_on_faces_of_the_grid_is_seen(support):
+    """It cuts no cell of the grid, and must not leave its place all the same."""
+    box = sdpd.Box((12.0, 12.0), periodic="x")
+
+    def scene(velocity):
+        lid = sdpd.LevelSet(function=lambda p: 12.0 - p[:, 1], velocity=velocity)
+        return reduced_scene(
+            dimension=2,
+            box=box,
+            walls=(sdpd.Plane(axis="y", at=0.0), lid),
+            resolution=sdpd.Resolution(spacing=1.0, support=support, kernel="lucy"),
+            start=sdpd.RandomStart(relax_steps=2),
+            sound_speed=10.0,
+        )
+
+    sdpd.Simulation(scene((1.0, 0.0)), seed=1, dt=1e-3, threads=1)
+    with pytest.raises(ValueError, match="stay in its place"):
+        sdpd.Simulation(scene((0.0, 1.0)), seed=1, dt=1e-3, threads=1)

@@ -292,8 +292,18 @@ impl Field {
                 })
             })
             .collect();
+        let step = self.lattice.step;
         let surface = parts.par_iter().filter_map(|[fluid, solid]| {
-            let (fluid, solid) = (fluid.as_ref()?, solid.as_ref()?);
+            let fluid = fluid.as_ref()?;
+            let Some(solid) = solid.as_ref() else {
+                // A surface that coincides with faces of cells cuts none of them.
+                let facet = (fluid.phi < self.lattice.largest_step())
+                    .then(|| self.facet(fluid.position))??;
+                let inside = (0..self.lattice.dimension).all(|a| {
+                    (facet.position[a] - fluid.position[a]).abs() <= (0.5 + 1e-6) * step[a]
+                });
+                return inside.then_some(facet);
+            };
             let [f, s] = [fluid, solid].map(|p| p.volume / (fluid.volume + solid.volume));
             self.facet([0, 1, 2].map(|a| f * fluid.position[a] + s * solid.position[a]))
         });
