@@ -247,7 +247,6 @@ class _Content:
             choice = dict(self.header["integrator"])
             self.integrator = integrators.INTEGRATORS[choice.pop("name")](**choice)
             self.settings = _core_settings(self.header["settings"])
-            self.settings.update(self.scene.field_arguments())
             self.dt = validation.positive("dt", self.header["dt"])
             self.accuracy: dict[str, Any] = dict(self.header["accuracy"])
             self.machine: dict[str, Any] = dict(self.header["machine"])
@@ -389,12 +388,15 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
     count = running.choose_threads(threads, content.scene.n_particles)
     points = content.positions()
     try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SdpdWarning)  # was given when the scene was made
+            settings = {**content.settings, **content.scene.field_arguments()}
         sim = simulation._restored(
             scene=content.scene,
             integrator=content.integrator,
-            settings=content.settings,
+            settings=settings,
             threads=count,
-            core=simulation._new_core(points, np.zeros_like(points), content.settings, count),
+            core=simulation._new_core(points, np.zeros_like(points), settings, count),
             dt=content.dt,
             accuracy=content.accuracy,
             state=content.state,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sdpd import validation
 from sdpd.box import AXES, Box
+from sdpd.walls.shaped import ROUNDING
 
 if TYPE_CHECKING:
     from sdpd.geometry import Geometry
@@ -302,8 +303,7 @@ def check_positions(scene: Scene, value: Any) -> Array:
     if scene.walls:
         distance = scene.geometry.distance(points)
         worst = int(np.argmin(distance))
-        # The grid of a wall of any shape rounds off its edges.
-        room = 0.03 if scene.geometry.is_shaped else 1e-9
+        room = ROUNDING[scene.dimension] if scene.geometry.is_shaped else 1e-9
         if distance[worst] < -room * scene.support_radius:
             raise ValueError(
                 f"`positions` must lie in the fluid, got particle {worst} at "

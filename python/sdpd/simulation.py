@@ -455,13 +455,11 @@ class Simulation(Particles):
     def _set_state(self, state: dict[str, Any], dt: float, walls: tuple[Wall, ...]) -> None:
         """Take over a checked state; for `checkpoint`."""
         self._refuse_restore()
-        before = self._walls
-        self._move_walls(walls)  # first: it renews the forces, which the state then sets
-        try:
-            self._core.set_state(state)
-        except (TypeError, ValueError, OverflowError):
-            self._move_walls(before)
-            raise
+        self._core.set_state(state)  # first: it refuses what is not valid, and walls need it
+        given = [wall_motion.motion(wall) for wall in walls]
+        if given != [wall_motion.motion(wall) for wall in self._walls]:
+            self._move_walls(walls)
+            self._core.set_state(state)  # their motion has renewed the forces
         self._detach()
         self._dt = dt
 

@@ -243,11 +243,11 @@ impl Surface {
         }
     }
 
-    /// How far behind the wall a start may lie [h]: the spline of a field wall rounds off edges, and a
-    /// particle next to one comes back in the first step.
+    /// How far behind the wall a start may lie [h]: the spline of a field wall rounds off edges and
+    /// vertices, and a particle next to one comes back in the first step.
     pub fn rounding(&self) -> f64 {
-        match self.shape {
-            Shape::Field { .. } => 0.03,
+        match &self.shape {
+            Shape::Field { field, .. } => field.rounding(),
             _ => 1e-9,
         }
     }

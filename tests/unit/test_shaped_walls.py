@@ -132,9 +132,9 @@ MESSAGES = [
     (
         lambda: sdpd.Mesh(points=CORNERS, triangles=[t[::-1] for t in FACES]),
         (
-            "`triangles` must go round counter-clockwise seen from outside of a closed surface, "
-            "got them the other way round: exchange two columns, or use `fluid` to say which "
-            "side the fluid is on"
+            "`triangles` must go round counter-clockwise seen from outside, got the other way "
+            "round in the part at (2.0, 6.0, 6.0): exchange two columns, or use `fluid` to say "
+            "which side the fluid is on"
         ),
     ),
     (
@@ -717,3 +717,141 @@ def test_a_surface_on_faces_of_the_grid_is_seen(support):
     sdpd.Simulation(scene((1.0, 0.0)), seed=1, dt=1e-3, threads=1)
     with pytest.raises(ValueError, match="stay in its place"):
         sdpd.Simulation(scene((0.0, 1.0)), seed=1, dt=1e-3, threads=1)
+
+
+TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+
+
+def tetrahedron(at, edge):
+    return np.asarray(at) + edge * np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
+
+
+def two_parts(second, *, turned):
+    """A tetrahedron of edge 4 and another, the second the other way round if `turned`."""
+    first = np.array(TETRAHEDRON)
+    other = first[:, ::-1] if turned else first
+    points = np.concatenate([tetrahedron((2.0, 2.0, 2.0), 4.0), second])
+    return {"points": points, "triangles": np.concatenate([first, other + 4])}
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: sdpd.Polyline(points=[(3, 6), (6, 6), (9, 6)]), "lead back"),
+        (lambda: sdpd.Polyline(points=[(3, 6), (9, 6), (6, 6), (6, 9)]), "lead back"),
+        (
+            lambda: sdpd.Mesh(points=np.eye(3), triangles=[(0, 1, 2), (0, 2, 1)]),
+            "enclose a volume",
+        ),
+        (
+            lambda: sdpd.Mesh(**two_parts(tetrahedron((7.0, 7.0, 7.0), 2.0), turned=True)),
+            r"counter-clockwise seen from outside.*\(9",
+        ),
+        (
+            lambda: sdpd.Mesh(**two_parts(tetrahedron((2.5, 2.5, 2.5), 0.5), turned=False)),
+            r"clockwise within another part.*\(2\.5",
+        ),
+    ],
+)
+def test_bodies_that_are_none_are_refused(make, text):
+    with pytest.raises(ValueError, match=text):
+        make()
+
+
+def test_parts_and_hollows_that_go_round_their_way_are_taken():
+    apart = sdpd.Mesh(**two_parts(tetrahedron((7.0, 7.0, 7.0), 2.0), turned=False))
+    hollow = sdpd.Mesh(**two_parts(tetrahedron((2.5, 2.5, 2.5), 0.5), turned=True))
+    box = sdpd.Box((12.0, 12.0, 12.0))
+    assert apart.distance(np.array([[7.2, 7.2, 7.2]]), box)[0] == pytest.approx(-0.2)
+    assert hollow.distance(np.array([[2.55, 2.55, 2.55]]), box)[0] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("wall", "box"),
+    [
+        (sdpd.Polyline(points=[(0.1, 0.2), (1.5, 0.2), (1.5, 0.8)]), sdpd.Box((1.0, 1.0))),
+        (
+            sdpd.Polyline(
+                points=[
+                    (0, 0.2),
+                    (0.9, 0.2),
+                    (0.9, 0.5),
+                    (1.3, 0.5),
+                    (1.3, 0.1),
+                    (1.0, 0.1),
+                    (1, 0.2),
+                ],
+                closed=False,
+            ),
+            sdpd.Box((1.0, 1.0), periodic="x"),
+        ),
+        (
+            sdpd.Mesh(points=tetrahedron((0.1, 0.1, 0.1), 1.4), triangles=TETRAHEDRON),
+            sdpd.Box((1.0, 1.0, 1.0)),
+        ),
+    ],
+    ids=["closed line", "open line", "mesh"],
+)
+def test_surfaces_that_cross_their_own_image_are_refused(wall, box):
+    with pytest.raises(ValueError, match=r"`walls\[0\]` must not cross its own periodic image"):
+        wall.check(box, "walls[0]")
+
+
+def test_functions_that_do_not_go_on_through_periodic_faces_are_refused():
+    slope = sdpd.LevelSet(function=lambda r: np.minimum(r[:, 1] - 1 - 0.25 * r[:, 0], 11 - r[:, 1]))
+    with pytest.raises(ValueError, match=r"`walls\[0\]\.function` must be periodic along x"):
+        slope.check(sdpd.Box((12.0, 12.0), periodic="x"), "walls[0]")
+    slope.check(sdpd.Box((12.0, 12.0), periodic=""), "walls[0]")
+
+
+def test_level_set_off_the_middle_of_a_small_box_is_near_through_its_faces():
+    box = sdpd.Box((6.0, 6.0))
+    shift = np.array([2.4, 3.0])
+
+    def circle(r):
+        apart = r - shift
+        return np.linalg.norm(apart - 6.0 * np.rint(apart / 6.0), axis=1) - 0.9
+
+    wall = sdpd.LevelSet(function=circle)
+    points = np.array([[5.6, 3.0], [5.9, 3.0], [0.1, 2.0], [5.5, 5.9]])
+    np.testing.assert_allclose(wall.distance(points, box), circle(points), atol=1e-6)
+
+
+def test_speed_of_a_turning_line_is_about_its_own_middle():
+    angle = 2.0 * np.pi * np.concatenate([np.linspace(0, 0.5, 200), np.linspace(0.5, 1, 60)[1:-1]])
+    points = 10.0 + 6.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    wall = sdpd.Polyline(points=points, angular_velocity=1.0)
+    assert wall.speed == pytest.approx(6.0, rel=1e-3)
+
+
+def test_fields_say_which_wall_and_which_argument():
+    box = sdpd.Box((12.0, 12.0))
+    far = sdpd.Polyline(points=[(3, 30), (4, 31), (5, 30)])
+    wall = sdpd.Polyline(points=[(3, 3), (6, 9), (9, 3)])
+    walled = sdpd.Box((12.0, 12.0), periodic="")
+    with pytest.raises(ValueError, match=r"`walls\[1\]`: the surface must pass through the box"):
+        far.field(walled, 2.4, "lucy", name="walls[1]")
+    for name, bad in (("support", -1.0), ("spacing", np.nan), ("threads", 0)):
+        options = {"support": 2.4, "kernel": "lucy", name: bad}
+        with pytest.raises(ValueError, match=f"`{name}`"):
+            wall.field(box, **options)
+
+
+def test_vertices_of_a_vessel_are_places_to_start_from():
+    """The grid rounds off vertices; particles there come back in the first step."""
+    corners = np.array([(x, y, z) for x in (0.13, 7.9) for y in (0.17, 7.8) for z in (0.2, 7.7)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    mesh = sdpd.Mesh(points=corners, triangles=triangles, fluid="inside")
+    inner = np.stack(np.meshgrid(*[np.arange(1.0, 7.5, 1.0)] * 3, indexing="ij"), axis=-1)
+    positions = np.concatenate([corners, inner.reshape(-1, 3)])
+    scene = reduced_scene(
+        box=sdpd.Box((8.0, 8.0, 8.0), periodic=""),
+        walls=(mesh,),
+        resolution=sdpd.Resolution(particles=len(positions), support=2.4, kernel="lucy"),
+        start=sdpd.RandomStart(),
+        sound_speed=10.0,
+    )
+    sim = sdpd.Simulation(scene, positions=positions, seed=1, dt=1e-3, threads=1)
+    sim.run(steps=3, progress=False)
+    assert mesh.distance(np.array(sim.positions), scene.box).min() > -0.09 * scene.support_radius

@@ -175,3 +175,22 @@ def test_a_wall_of_any_shape_starts_to_turn():
     assert np.abs(turned.velocities - resting.velocities).max() > 0.01
     with pytest.raises(ValueError, match="stay in its place"):
         turned.set_wall_velocity(0, (1.0, 0.0))
+
+
+@pytest.mark.parametrize("bad", [math.nan, 1e6])
+def test_restore_mends_broken_arrays_whatever_the_walls_did_since(tmp_path, bad):
+    sim = sdpd.Simulation(slab(), seed=1, dt=1e-3, threads=1)
+    sim.run(steps=2, progress=False)
+    path = tmp_path / "state.sdpd"
+    sim.save(path)
+    kept = np.array(sim.positions), np.array(sim.velocities)
+    sim.set_wall_velocity(1, (0.5, 0.0, 0.0))
+    sim.positions[0] = bad
+    sim.restore(path)
+    assert sim.walls[1].speed == 0.0
+    np.testing.assert_array_equal(sim.positions, kept[0])
+    np.testing.assert_array_equal(sim.velocities, kept[1])
+    again = sdpd.Simulation.load(path, threads=1)
+    for each in (sim, again):
+        each.run(steps=3, progress=False)
+    np.testing.assert_array_equal(sim.velocities, again.velocities)

@@ -111,7 +111,26 @@ class LevelSet(ShapedWall):
 
     def check(self, box: Box, name: str) -> None:  # noqa: D102
         super().check(box, name)
+        for axis in range(box.dimension):
+            if AXES[axis] in box.periodic_axes:
+                self._check_period(box, axis, name)
         _surface(self, box)
+
+    def _check_period(self, box: Box, axis: int, name: str) -> None:
+        """The function must be the same on both faces of a periodic axis."""
+        sides = [np.linspace(0.0, length, 33) for length in box.lengths]
+        sides[axis] = np.zeros(1)
+        low = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, box.dimension)
+        high = low.copy()
+        high[:, axis] = box.lengths[axis]
+        ends = np.stack([self.values(low), self.values(high)])
+        apart = np.abs(ends[1] - ends[0])
+        if apart.max() > 1e-6 * np.abs(ends).max():
+            k = int(np.argmax(apart))
+            raise ValueError(
+                f"`{name}.function` must be periodic along {AXES[axis]}, got {ends[0, k]:.6g} at "
+                f"{low[k].tolist()} and {ends[1, k]:.6g} at {high[k].tolist()}"
+            )
 
     def distance(self, points: Array, box: Box) -> Array:  # noqa: D102
         flat = np.asarray(points, dtype=float).reshape(-1, box.dimension)
@@ -162,7 +181,7 @@ def _surface(wall: LevelSet, box: Box) -> tuple[Array, Any]:
 
     dimension, lengths = box.dimension, np.asarray(box.lengths)
     step = lengths.max() / _CELLS[dimension]
-    margin = np.where([a in box.periodic_axes for a in AXES[:dimension]], 0.25, 0.1) * lengths
+    margin = np.where([a in box.periodic_axes for a in AXES[:dimension]], 0.5, 0.1) * lengths
     axes = [
         np.linspace(-m, length + m, max(8, int(np.ceil((length + 2.0 * m) / step))))
         for length, m in zip(lengths, margin, strict=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sdpd import optional, running, validation
 from sdpd.box import AXES, Box
 from sdpd.errors import ResolutionWarning
-from sdpd.walls.polyline import _speed
+from sdpd.walls.polyline import largest_speed
 from sdpd.walls.shaped import ShapedWall, merged, tiled
 
 if TYPE_CHECKING:
@@ -116,12 +116,8 @@ class Mesh(ShapedWall):
         _refuse_degenerate(points, triangles)
         _refuse_disorder(triangles, points)
         self._refuse_crossings(points, triangles)
-        if not len(_open_edges(triangles)) and _volume(points, triangles) < 0.0:
-            raise ValueError(
-                "`triangles` must go round counter-clockwise seen from outside of a closed "
-                "surface, got them the other way round: exchange two columns, or use `fluid` to "
-                "say which side the fluid is on"
-            )
+        if not len(_open_edges(triangles)):
+            _refuse_inside_out(points, triangles)
 
     @staticmethod
     def _refuse_crossings(points: Array, triangles: Triangles) -> None:
@@ -146,8 +142,17 @@ class Mesh(ShapedWall):
             raise ValueError(f"`{name}` is a Mesh, which needs three dimensions; use a Polyline")
         points, triangles = self._arrays()
         loose = _open_edges(triangles)
-        if not len(loose):
-            return
+        if len(loose):
+            self._check_faces(box, name, points, triangles, loose)
+        if (found := _solid(self, box).crossing()) is not None:
+            at = points[triangles[found[0] % len(triangles)]].mean(axis=0)
+            raise ValueError(
+                f"`{name}` must not cross its own periodic image, got that near {_place(at)}"
+            )
+
+    def _check_faces(
+        self, box: Box, name: str, points: Array, triangles: Triangles, loose: Triangles
+    ) -> None:
         lengths = np.asarray(box.lengths)
         periodic = np.array([axis in box.periodic_axes for axis in AXES])
         size = np.where(periodic, lengths, np.inf)
@@ -173,6 +178,9 @@ class Mesh(ShapedWall):
         return (found if self.fluid == "outside" else -found).reshape(points.shape[:-1])
 
     def centroid(self, box: Box) -> Array:  # noqa: D102
+        return self._middle()
+
+    def _middle(self) -> Array:
         points, triangles = self._arrays()
         weight = _areas(points, triangles)
         return np.asarray(weight @ points[triangles].mean(axis=1) / weight.sum())
@@ -210,7 +218,7 @@ class Mesh(ShapedWall):
 
     @property
     def speed(self) -> float:  # noqa: D102
-        return _speed(self, np.asarray(self.points))
+        return largest_speed(self, np.asarray(self.points), self._middle())
 
     def __repr__(self) -> str:
         size = f"{len(self.points)} points, {len(self.triangles)} triangles"
@@ -278,6 +286,44 @@ def _areas(points: Array, triangles: Triangles) -> Array:
 def _volume(points: Array, triangles: Triangles) -> float:
     a, b, c = np.moveaxis(points[triangles] - points.mean(axis=0), 1, 0)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def _refuse_inside_out(points: Array, triangles: Triangles) -> None:
+    """Each closed part must go round counter-clockwise seen from outside, and the other way round
+    where it bounds a hollow of another.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    from sdpd import _core
+
+    edges = _directed(triangles)
+    graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points),) * 2)
+    count, part = connected_components(graph, directed=False)
+    pieces = [triangles[part[triangles[:, 0]] == k] for k in range(count)]
+    solids = []
+    for piece in pieces if count > 1 else []:
+        # whichever way it goes round: the other one has its inside outside
+        turned = piece if _volume(points, piece) > 0.0 else piece[:, ::-1]
+        solids.append(_core.Solid(points, np.ascontiguousarray(turned, dtype=np.uint32), 1))
+    for k, piece in enumerate(pieces):
+        first = points[piece[0, 0]]
+        around = [s.distances(first[None])[0] < 0.0 for j, s in enumerate(solids) if j != k]
+        hollow = sum(around) % 2 == 1
+        volume = _volume(points, piece) * (-1.0 if hollow else 1.0)
+        extent = float(np.ptp(points[piece.ravel()], axis=0).max())
+        if abs(volume) <= 1e-9 * extent**3:
+            raise ValueError(
+                f"`triangles` must enclose a volume, got none in the part at {_place(first)}"
+            )
+        if volume < 0.0:
+            where = "within another part" if hollow else "seen from outside"
+            way = "clockwise" if hollow else "counter-clockwise"
+            raise ValueError(
+                f"`triangles` must go round {way} {where}, got the other way round in the part at "
+                f"{_place(first)}: exchange two columns, or use `fluid` to say which side the "
+                "fluid is on"
+            )
 
 
 def _refuse_degenerate(points: Array, triangles: Triangles) -> None:

@@ -76,6 +76,7 @@ class Polyline(ShapedWall):
             raise ValueError(
                 f"`points` must differ from one to the next, got twice {self.points[k]} in row {k}"
             )
+        self._refuse_folds(starts, ends)
         self._refuse_crossings(starts, ends)
 
     def _lines(self) -> tuple[Array, Array]:
@@ -102,12 +103,35 @@ class Polyline(ShapedWall):
                     f"{self.points[k]} and {other} from {self.points[other]}"
                 )
 
+    def _refuse_folds(self, starts: Array, ends: Array) -> None:
+        """A line that goes back along the one before, or all of them without an area."""
+        way = (ends - starts) / np.linalg.norm(ends - starts, axis=1)[:, None]
+        after = np.roll(way, -1, axis=0)
+        back = np.einsum("ij,ij->i", way, after) <= 1e-12 - 1.0
+        if not self.closed:
+            back[-1] = False
+        if back.any():
+            k = int(np.argmax(back))
+            raise ValueError(
+                f"`points` must not lead back along the line they came by, got that at "
+                f"{tuple(ends[k].tolist())} in row {(k + 1) % len(self.points)}"
+            )
+
     def check(self, box: Box, name: str) -> None:  # noqa: D102
         super().check(box, name)
         if box.dimension != 2:
             raise ValueError(f"`{name}` is a Polyline, which needs two dimensions; use a Mesh")
-        if self.closed:
-            return
+        if not self.closed:
+            self._check_ends(box, name)
+        if (found := _solid(self, box).crossing()) is not None:
+            starts = np.asarray(self.points)
+            first, second = (found[0] // 2 % len(starts), found[1] // 2 % len(starts))
+            raise ValueError(
+                f"`{name}` must not cross its own periodic image, got that of lines near "
+                f"{self.points[first]} and {self.points[second]}"
+            )
+
+    def _check_ends(self, box: Box, name: str) -> None:
         first, last = np.asarray(self.points[0]), np.asarray(self.points[-1])
         turns = (last - first) / np.asarray(box.lengths)
         whole = np.rint(turns)
@@ -128,6 +152,9 @@ class Polyline(ShapedWall):
         return np.asarray(_solid(self, box).distances(flat)).reshape(points.shape[:-1])
 
     def centroid(self, box: Box) -> Array:  # noqa: D102
+        return self._middle()
+
+    def _middle(self) -> Array:
         starts, ends = self._lines()
         weight = np.linalg.norm(ends - starts, axis=1)
         return np.asarray(weight @ (0.5 * (starts + ends)) / weight.sum())
@@ -147,7 +174,7 @@ class Polyline(ShapedWall):
 
     @property
     def speed(self) -> float:  # noqa: D102
-        return _speed(self, np.asarray(self.points))
+        return largest_speed(self, np.asarray(self.points), self._middle())
 
     def __repr__(self) -> str:
         kind = "closed" if self.closed else "open"
@@ -156,13 +183,12 @@ class Polyline(ShapedWall):
     __str__ = __repr__
 
 
-def _speed(wall: ShapedWall, points: Array) -> float:
-    """Largest speed of the points of a wall."""
+def largest_speed(wall: ShapedWall, points: Array, middle: Array) -> float:
+    """Of the points of a wall, which turns about its middle where no centre is given."""
     padded = np.zeros((len(points), 3))
     padded[:, : points.shape[1]] = points
     centre = np.zeros(3)
-    middle = points.mean(axis=0) if wall.centre is None else np.asarray(wall.centre)
-    centre[: len(middle)] = middle
+    centre[: len(middle)] = middle if wall.centre is None else wall.centre
     velocity = np.zeros(3)
     velocity[: len(wall.velocity or ())] = wall.velocity or ()
     moved = velocity + np.cross(np.asarray(wall.angular_velocity or (0.0,) * 3), padded - centre)

@@ -17,9 +17,10 @@ from sdpd.walls.base import Wall, check_length, spun, three, vector_of
 if TYPE_CHECKING:
     from sdpd._core import WallField
 
-__all__ = ["ShapedWall"]
+__all__ = ["ROUNDING", "ShapedWall"]
 
 Array = NDArray[np.float64]
+ROUNDING = {2: 0.5 / 16, 3: 0.5 / 6}  # of a support: half a cell of the grid rounds off edges
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -123,8 +124,9 @@ class ShapedWall(Wall):
 
         Raises
         ------
-        ValueError
-            If the surface does not pass through the box.
+        TypeError, ValueError
+            If an argument is out of range, the surface does not pass through the box, or the solid
+            is no thicker than a surface.
 
         Warns
         -----
@@ -134,17 +136,31 @@ class ShapedWall(Wall):
         """
         from sdpd import _core
 
+        support = validation.positive("support", support)
+        threads = validation.integer("threads", threads, minimum=1)
+        if spacing is not None:
+            spacing = validation.positive("spacing", spacing)
         periodic = [axis in box.periodic_axes for axis in AXES[: box.dimension]]
-        field = _core.WallField(
-            lambda points: self.distance(points, box),
-            list(box.lengths),
-            periodic,
-            support,
-            kernel,
-            threads,
-            spacing,
-        )
-        thinnest = field.report()["thinnest"]
+        try:
+            field = _core.WallField(
+                lambda points: self.distance(points, box),
+                list(box.lengths),
+                periodic,
+                support,
+                kernel,
+                threads,
+                spacing,
+            )
+        except ValueError as error:
+            raise ValueError(f"`{name}`: {error}") from None
+        report = field.report()
+        lightest = report["weights"][0]
+        if not lightest > 0.0:
+            raise ValueError(
+                f"`{name}` must bound a solid that the grid resolves: images must have weights "
+                f"> 0, got {lightest:.3g}"
+            )
+        thinnest = report["thinnest"]
         if thinnest is not None:
             thickness, place = thinnest
             where = tuple(float(f"{x:.4g}") for x in place)

@@ -240,6 +240,11 @@ impl Field {
         self.at(position).distance
     }
 
+    /// How much further inside the spline may be at edges and vertices [h].
+    pub fn rounding(&self) -> f64 {
+        0.5 * self.lattice.largest_step()
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         size_of::<[f64; 2]>() * self.coefficients.len()

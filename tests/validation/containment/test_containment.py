@@ -1,4 +1,4 @@
-"""No particle gets out in a million steps (a tenth in 3D) of the noisiest fluid.
+"""No particle gets out in a million steps (fewer where they cost more) of the noisiest fluid.
 
 Reduced units m = dx = k_B T = 1. The fluid is soft (X = 10: thermal particles come close to the
 walls and cross them often) and the step is the largest that stability allows, so that a particle
@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import sdpd
+from sdpd.walls.shaped import ROUNDING
 from tests.validation import record
 
 LOOKS = 500
@@ -22,8 +23,9 @@ STIFFNESS, ETA, SUPPORT = 10.0, 2.0, 2.2
 KINDS = {  # steps; in the corners of 3D a particle has 26 images
     "corners in 2D": 1_000_000,
     "corners in 3D": 100_000,
-    "circle inside": 1_000_000,
-    "circle outside": 1_000_000,
+    "circle inside": 300_000,
+    "circle outside": 300_000,
+    "star": 1_000_000,
 }
 FOUND: dict[str, dict[str, float]] = {}
 
@@ -35,6 +37,12 @@ def scene_of(kind: str) -> sdpd.Scene:
     if kind.startswith("corners"):
         box = sdpd.Box((6.0,) * dimension, periodic="")
         walls = sdpd.walls.enclosure(box)
+    elif kind == "star":  # tips of 50 degrees and re-entrant edges
+        angle = 0.1 + np.arange(10) * np.pi / 5.0
+        reach = np.where(np.arange(10) % 2, 3.2, 7.0)[:, None]
+        points = 7.5 + reach * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        box = sdpd.Box((15.0, 15.0), periodic="")
+        walls = (sdpd.Polyline(points=points),)
     elif kind.endswith("inside"):
         box = sdpd.Box((2.0 * radius,) * 2, periodic="")
         walls = (sdpd.Cylinder(radius=radius, centre=(radius, radius), fluid="inside"),)
@@ -78,7 +86,9 @@ def test_nothing_gets_out(kind: str) -> None:
         deepest = min(deepest, float(distance.min()))
         touched += int(np.sum(distance < 0.1 * step * scene.thermal_speed))
     assert sim.step == KINDS[kind]
-    assert deepest > -1e-10 * scene.support_radius
+    # Distances to lines are exact, the wall of the star is a spline that rounds off its edges.
+    behind = ROUNDING[2] if kind == "star" else 1e-10
+    assert deepest > -behind * scene.support_radius
     # Walls were reached: particles lie so near to them that the next step may cross.
     assert touched > 20, touched
     # Velocities are sampled exactly at any step, next to walls as well.
