@@ -167,6 +167,13 @@ def test_boundary_particles(canvas, tmp_path):
     assert picture(plot.boundary_particles(lifted, lifted), tmp_path) > 0.01
 
 
+def test_boundary_particles_of_a_wall_bring_their_normals(canvas, tmp_path):
+    scene = sdpd.scenes.load("couette")
+    assert (
+        picture(plot.boundary_particles(scene.walls[1].boundary_particles(scene)), tmp_path) > 0.01
+    )
+
+
 def test_boundary_particles_refuse_what_has_no_direction():
     places = np.eye(3)
     with pytest.raises(ValueError, match="`normals` must not be zero, got row 1"):
@@ -175,6 +182,8 @@ def test_boundary_particles_refuse_what_has_no_direction():
         plot.boundary_particles(places, places[:2])
     with pytest.raises(ValueError, match="`points` must be 2 rows or more"):
         plot.boundary_particles(places[:1], places[:1])
+    with pytest.raises(TypeError, match="`normals` must be given"):
+        plot.boundary_particles(places)
 
 
 def test_html(canvas, tmp_path):

@@ -23,6 +23,7 @@ from .gl import require_gl
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
+    from sdpd.walls import BoundaryParticles
 
 __all__ = [
     "boundary_particles",
@@ -354,8 +355,8 @@ def surface(
 
 
 def boundary_particles(
-    points: ArrayLike,
-    normals: ArrayLike,
+    points: ArrayLike | BoundaryParticles,
+    normals: ArrayLike | None = None,
     *,
     colour: ArrayLike | None = None,
     label: str = "",
@@ -368,9 +369,9 @@ def boundary_particles(
 
     Parameters
     ----------
-    points : array_like, shape (V, D)
-        [length].
-    normals : array_like, shape (V, D)
+    points : array_like, shape (V, D), or BoundaryParticles
+        [length]; what `Wall.boundary_particles` returns has its normals.
+    normals : array_like, shape (V, D), optional
         Directions, of any length; drawn as arrows of 1.5 spacings.
     colour : array_like, shape (V,), optional
         A value of each, e.g. a curvature; one colour if None.
@@ -392,6 +393,12 @@ def boundary_particles(
     TypeError, ValueError
         If an array has the wrong shape, or a normal is zero.
     """
+    from sdpd.walls import BoundaryParticles
+
+    if isinstance(points, BoundaryParticles):
+        points, normals = points.positions, points.normals if normals is None else normals
+    elif normals is None:
+        raise TypeError("`normals` must be given, unless `points` are the BoundaryParticles")
     places = validation.real_array("points", points, (None, None))
     if places.shape[1] not in (2, 3) or len(places) < 2:
         raise ValueError(f"`points` must be 2 rows or more of 2 or 3 numbers, got {places.shape}")
