@@ -396,7 +396,8 @@ def boundary_particles(
     from sdpd.walls import BoundaryParticles
 
     if isinstance(points, BoundaryParticles):
-        points, normals = points.positions, points.normals if normals is None else normals
+        normals = points.normals if normals is None else normals
+        points = points.positions
     elif normals is None:
         raise TypeError("`normals` must be given, unless `points` are the BoundaryParticles")
     places = validation.real_array("points", points, (None, None))
