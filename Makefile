@@ -100,7 +100,7 @@ stubs: $(STAMP)-build $(STAMP)-dev
 	$(BIN)/python -m mypy.stubtest sdpd._core --mypy-config-file pyproject.toml
 
 rust-test:
-	cargo test --release
+	cargo test --profile quick
 
 pytest: $(STAMP)-build $(STAMP)-dev
 	$(BIN)/python -m pytest
