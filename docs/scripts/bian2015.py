@@ -39,8 +39,9 @@ from sdpd.analysis import (
     spatial_correlation,
 )
 from sdpd.correlations import Study, plot_function
+from sdpd.drawing import BLUE, GREEN, VERMILION
 
-BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "0.45"
+GREY = "0.45"
 COLOURS = (BLUE, VERMILION, GREEN)
 MARKERS = ("o", "s", "^")
 FUNCTIONS = ("transverse", "longitudinal", "density", "cross", "reversed_cross")

@@ -13,9 +13,10 @@ import numpy as np
 from report import DOCS, Report, grid, shown, subplots
 
 from sdpd import theory
+from sdpd.drawing import BLUE, VERMILION
 
 RECORD = DOCS.parent / "tests" / "validation" / "results.json"
-COLOURS = {"large": "#0072B2", "small": "#D55E00"}  # Okabe and Ito
+COLOURS = {"large": BLUE, "small": VERMILION}
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -17,8 +17,9 @@ import sdpd
 from sdpd import diffusion
 from sdpd.analysis import Estimate
 from sdpd.diffusion import CaseResult, Study
+from sdpd.drawing import BLUE, VERMILION
 
-BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "0.35"
+GREY = "0.35"
 CORE_MINUTES = 0.5  # a case
 EXTREMES = (("water", 1), ("water", 10), ("nitrogen", 1), ("nitrogen", 3))
 

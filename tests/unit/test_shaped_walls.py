@@ -797,6 +797,28 @@ def test_surfaces_that_cross_their_own_image_are_refused(wall, box):
         wall.check(box, "walls[0]")
 
 
+def test_lines_that_cross_an_image_are_named():
+    """They cross indeed once one of them is moved into a neighbouring box."""
+    body = [(0.1, 0.5), (0.1, 0.2), (0.3, 0.2), (0.3, 0.3)]
+    points = [*body, (1.2, 0.33), (1.2, 0.37), (0.3, 0.4), (0.3, 0.5)]
+    wall = sdpd.Polyline(points=points)
+    with pytest.raises(ValueError, match="own periodic image") as caught:
+        wall.check(sdpd.Box((1.0, 1.0)), "walls[0]")
+    named = [place for place in points if str(place) in str(caught.value)]
+    lines = [(np.array(p), np.array(points[(points.index(p) + 1) % len(points)])) for p in named]
+    assert len(lines) == 2
+    (a, b), (c, d) = lines
+    shifts = [np.array((x, y)) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0) if x or y]
+
+    def side(p, q, r):
+        return float((q - p)[0] * (r - p)[1] - (q - p)[1] * (r - p)[0])
+
+    def cross(p, q, r, s):
+        return side(p, q, r) * side(p, q, s) <= 0.0 and side(r, s, p) * side(r, s, q) <= 0.0
+
+    assert any(cross(a, b, c + shift, d + shift) for shift in shifts)
+
+
 def test_functions_that_do_not_go_on_through_periodic_faces_are_refused():
     slope = sdpd.LevelSet(function=lambda r: np.minimum(r[:, 1] - 1 - 0.25 * r[:, 0], 11 - r[:, 1]))
     with pytest.raises(ValueError, match=r"`walls\[0\]\.function` must be periodic along x"):

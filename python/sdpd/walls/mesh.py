@@ -15,7 +15,7 @@ from sdpd import optional, running, validation
 from sdpd.box import AXES, Box
 from sdpd.errors import ResolutionWarning
 from sdpd.walls.polyline import largest_speed
-from sdpd.walls.shaped import ShapedWall, merged, tiled
+from sdpd.walls.shaped import ShapedWall, crossing, merged, tiled
 
 if TYPE_CHECKING:
     from sdpd._core import Solid
@@ -144,7 +144,7 @@ class Mesh(ShapedWall):
         loose = _open_edges(triangles)
         if len(loose):
             self._check_faces(box, name, points, triangles, loose)
-        if (found := _solid(self, box).crossing()) is not None:
+        if (found := crossing(_solid(self, box))) is not None:
             at = points[triangles[found[0] % len(triangles)]].mean(axis=0)
             raise ValueError(
                 f"`{name}` must not cross its own periodic image, got that near {_place(at)}"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sdpd import running, validation
 from sdpd.box import AXES, Box
-from sdpd.walls.shaped import ShapedWall, merged, tiled
+from sdpd.walls.shaped import ShapedWall, crossing, merged, tiled
 
 if TYPE_CHECKING:
     from sdpd._core import Solid
@@ -123,9 +123,9 @@ class Polyline(ShapedWall):
             raise ValueError(f"`{name}` is a Polyline, which needs two dimensions; use a Mesh")
         if not self.closed:
             self._check_ends(box, name)
-        if (found := _solid(self, box).crossing()) is not None:
-            starts = np.asarray(self.points)
-            first, second = (found[0] // 2 % len(starts), found[1] // 2 % len(starts))
+        if (found := crossing(_solid(self, box))) is not None:
+            # two triangles a line, copy by copy: each half of them goes through the lines again
+            first, second = (triangle % len(self._lines()[0]) for triangle in found)
             raise ValueError(
                 f"`{name}` must not cross its own periodic image, got that of lines near "
                 f"{self.points[first]} and {self.points[second]}"

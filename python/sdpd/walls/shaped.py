@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from sdpd.errors import ResolutionWarning
 from sdpd.walls.base import Wall, check_length, spun, three, vector_of
 
 if TYPE_CHECKING:
-    from sdpd._core import WallField
+    from sdpd._core import Solid, WallField
 
 __all__ = ["ROUNDING", "ShapedWall"]
 
@@ -173,6 +174,12 @@ class ShapedWall(Wall):
             )
         self.warn(support, name)
         return field
+
+
+@lru_cache(maxsize=16)
+def crossing(solid: Solid) -> tuple[int, int] | list[int] | None:
+    """Two triangles that cross; looked for once, however many scenes the wall is checked for."""
+    return solid.crossing()
 
 
 def tiled(points: Array, box: Box, reach: float = 0.5) -> list[Array]:
