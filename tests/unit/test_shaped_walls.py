@@ -533,7 +533,7 @@ def test_boundary_particles_lie_on_the_wall_and_know_the_normal_and_the_velocity
         )
         found = wall.boundary_particles(scene, spacing=0.5)
         area = 2.0 * np.pi * 3.0 * 8.0 if isinstance(wall, sdpd.Cylinder) else 36.0 * np.pi
-        assert len(found) == pytest.approx(area / 0.25, rel=0.35)
+        assert len(found) == pytest.approx(area / 0.25, rel=0.05)
         assert np.abs(wall.distance(found.positions, box)).max() < 1e-6
         arm = found.positions - 4.0
         if isinstance(wall, sdpd.Cylinder):
