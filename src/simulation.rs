@@ -15,6 +15,7 @@ use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
 use crate::state::Particles;
 use crate::sweep::Tally;
+use crate::thermal::{Thermal, ThermalSettings};
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
 use crate::wall::{Field, WallSettings, Walls};
@@ -63,6 +64,8 @@ pub struct Settings {
     pub walls: Vec<WallSettings>,
     /// Fields of the walls of any shape.
     pub fields: Vec<Arc<Field>>,
+    /// Energies; `None`: the fluid is isothermal.
+    pub thermal: Option<ThermalSettings>,
 }
 
 /// Squared displacements and speed found while moving the particles.
@@ -110,6 +113,8 @@ pub struct Engine {
     pub counters: Counters,
     /// Stress of the particles, where an observer wants it.
     pub tally: Option<Tally>,
+    /// Energies, where particles have some.
+    pub thermal: Option<Thermal>,
     observers: Vec<Arc<Mutex<dyn Observer>>>,
     body_force: BodyForce,
     skin: f64,
@@ -269,14 +274,29 @@ impl Engine {
             &cell,
             &units,
         )?;
+        let grid = Grid::new(&cell, dimension, n, 1.0 + margin);
+        let mut particles = Particles::new(n, drag);
+        let coefficients = [friction.across, friction.along];
+        let blocks = grid.block_count();
+        let thermal = match &settings.thermal {
+            None => None,
+            Some(wish) => Some(Thermal::new(
+                wish,
+                &units,
+                coefficients,
+                &mut particles,
+                blocks,
+            )?),
+        };
         Ok(Self {
             walls,
             body_force: build_body_force(settings, &units)?,
             units,
             dimension,
             cell,
-            particles: Particles::new(n, drag),
-            grid: Grid::new(&cell, dimension, n, 1.0 + margin),
+            particles,
+            thermal,
+            grid,
             list: PairList::default(),
             eos,
             friction,
@@ -621,6 +641,46 @@ impl Engine {
                 }
             }),
         }
+    }
+
+    /// scratch = v + t (f + body force)/2, the mean of the velocities before and after a kick of
+    /// length t, and the body force's work in it.
+    pub(crate) fn mean_velocities(&mut self, t: f64) {
+        let (cell, body) = (self.cell, self.body_force);
+        let Self {
+            particles, thermal, ..
+        } = self;
+        let Some(thermal) = thermal else {
+            return;
+        };
+        particles
+            .scratch
+            .par_iter_mut()
+            .with_min_len(GRAIN)
+            .zip(&particles.velocity)
+            .zip(&particles.force)
+            .zip(&particles.position)
+            .zip(&mut thermal.input)
+            .for_each(|((((mean, v), f), position), input)| {
+                let extra = body.at(position, &cell);
+                let mut work = 0.0;
+                for a in 0..3 {
+                    mean[a] = v[a] + 0.5 * t * (f[a] + extra[a]);
+                    work += extra[a] * mean[a];
+                }
+                *input += t * work;
+            });
+    }
+
+    /// Shows the state after a step of the thermal splitting, with pressures that go with it.
+    pub(crate) fn observe_thermal(&mut self, dt: f64) {
+        if self.observers.is_empty() {
+            return;
+        }
+        if let Some(thermal) = &self.thermal {
+            thermal.pressures(&mut self.particles);
+        }
+        self.observe(dt);
     }
 
     /// scratch = t f: the change of velocity that half a kick just made (drag part included; a body

@@ -1,7 +1,12 @@
 //! The physics of a pair: friction coefficients in, drag and noise out.
 
 mod friction;
+mod thermal;
 
 pub use friction::{
     Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms, PairFriction,
+};
+pub use thermal::{
+    Adiabatic, Bath, BathAndConduction, Conduction, ConductionVariable, Decays, Exchanges, Full,
+    FullVariable, Heating, HeatingVariable, PairThermal, ThermalExchange,
 };

@@ -73,6 +73,8 @@ pub struct OwnImages {
     pub views: Vec<View>,
     /// Sums by wall, of the sweep under way.
     pub(crate) tally: Vec<Wrench>,
+    /// The same of heat received, work done and updates refused, where there is heat.
+    pub(crate) energies: Vec<[f64; 3]>,
 }
 
 /// The links of one base block, in the order of its pairs.
@@ -84,6 +86,8 @@ pub struct BlockLinks {
     pub views: Vec<View>,
     /// Sums over the links by wall, of the sweep under way.
     pub(crate) tally: Vec<Wrench>,
+    /// The same of heat received, work done and updates refused, where there is heat.
+    pub(crate) energies: Vec<[f64; 3]>,
 }
 
 impl BlockLinks {
@@ -113,6 +117,7 @@ impl Walls {
         let kinds = self.images.len();
         for task in &mut self.tasks {
             task.tally.resize(walls, [0.0; 6]);
+            task.energies.resize(walls, [0.0; 3]);
             task.views.clear();
             // No step is to allocate; at corners a particle has a few own images.
             task.views.reserve(TASK * kinds.min(7));
@@ -125,6 +130,7 @@ impl Walls {
             .for_each(|(block, pairs)| {
                 block.links.clear();
                 block.tally.resize(walls, [0.0; 6]);
+                block.energies.resize(walls, [0.0; 3]);
                 self.find_links::<D>(block, pairs, particles, cell, skin);
                 block.views.clear();
                 block.views.reserve(block.links.len());
