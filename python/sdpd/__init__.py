@@ -28,6 +28,7 @@ from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.regime import Regime
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
+from sdpd.wall_heat import Adiabatic, HeatFlux, Isothermal
 from sdpd.walls import Cylinder, LevelSet, Mesh, Plane, Polyline, Sphere
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
 __version__: str
 
 __all__ = [
+    "Adiabatic",
     "BinAverage",
     "Box",
     "CheckpointError",
@@ -62,6 +64,8 @@ __all__ = [
     "Effects",
     "FieldAverage",
     "Fluid",
+    "HeatFlux",
+    "Isothermal",
     "LatticeStart",
     "LevelSet",
     "Mesh",

@@ -20,6 +20,7 @@ from sdpd.fluids import Fluid
 from sdpd.initial import LatticeStart, RandomStart, Start
 from sdpd.quantities import SceneQuantities
 from sdpd.resolution import Resolution
+from sdpd.wall_heat import HeatFlux
 from sdpd.walls import ShapedWall, Wall
 
 if TYPE_CHECKING:
@@ -158,6 +159,12 @@ class Scene(SceneQuantities):
             expected = "a wall, e.g. sdpd.Plane(axis='z', at=0.0)"
             validation.instance(f"walls[{index}]", wall, Wall, expected)
             wall.check(self.box, f"walls[{index}]")
+            wall.heat.check(self.box, f"walls[{index}].heat")
+            if isinstance(wall.heat, HeatFlux) and math.isnan(self.geometry.area(index)):
+                raise ValueError(
+                    f"`walls[{index}].heat` must not be a HeatFlux where the wall's area in the "
+                    "fluid is not known; use a Polyline, Mesh or LevelSet"
+                )
         self.geometry.check_closed()
 
     def _check_wall_images(self) -> None:
@@ -342,7 +349,30 @@ class Scene(SceneQuantities):
             "body_force": None if force is None else force.core(self.dimension),
             "flow_speed": self.flow_speed or 0.0,
             **self.wall_arguments(),
+            **self._thermal_arguments(),
         }
+
+    def _thermal_arguments(self) -> dict[str, Any]:
+        """What the core wants of a fluid with an energy; nothing else."""
+        active, fluid = self.active_effects, self.fluid
+        if not active.energy:
+            return {}
+        variable = active.variable_transport
+        thermal = {
+            "eos": self.caloric,
+            "boltzmann_constant": fluid.boltzmann_constant,
+            "conductivity": (fluid.thermal_conductivity or 0.0) if active.conduction else 0.0,
+            "exponents": [
+                fluid.viscosity_exponent if variable else 0.0,
+                fluid.conductivity_exponent if variable else 0.0,
+            ],
+            "reference_temperature": fluid.temperature,
+            "walls": [
+                wall.heat.core(fluid.temperature, self.geometry.area(index), self.dimension)
+                for index, wall in enumerate(self.walls)
+            ],
+        }
+        return {"exchanges": active.exchanges, "thermal": thermal}
 
     def wall_arguments(self) -> dict[str, Any]:
         """Periodic axes and walls as keyword arguments of the core; none without walls."""
