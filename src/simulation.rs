@@ -803,6 +803,7 @@ impl Engine {
             walls: &self.walls,
             eos: self.eos.as_ref(),
             tally: self.tally.as_ref(),
+            thermal: self.thermal.as_ref(),
         };
         self.each_observer(|observer| {
             if self.step.is_multiple_of(observer.every()) {

@@ -219,6 +219,11 @@ impl Thermal {
         ]
     }
 
+    /// Internal energy of a particle.
+    pub fn internal_energy(&self, d: f64, heat: f64) -> f64 {
+        self.cold(d) + heat
+    }
+
     fn cold(&self, d: f64) -> f64 {
         self.eos.cold(d * self.to_density).energy * self.from_specific
     }

@@ -328,6 +328,12 @@ class SceneQuantities:
         return float(parts[4][0] / parts[3][0])
 
     @property
+    def conductivity(self) -> float:
+        """kappa, as used [energy/(time temperature length^(D-2))]."""
+        kappa = self.fluid.thermal_conductivity or 0.0
+        return kappa / self.factors.conductivity if self.calibrate else kappa
+
+    @property
     def conduction_time(self) -> float:
         """tau_q = rho c_v/(2 kappa I_F), in which conduction evens a particle out [time].
 
@@ -337,7 +343,7 @@ class SceneQuantities:
         if not active.conduction or not fluid.thermal_conductivity or not fluid.heat_capacity:
             return math.inf
         integral = kernels.get(self.resolution.kernel).friction_integral[self.dimension - 2]
-        rate = 2.0 * fluid.thermal_conductivity * integral * self.factors.friction
+        rate = 2.0 * self.conductivity * integral * self.factors.friction
         return fluid.density * fluid.heat_capacity * self.support_radius**2 / rate
 
     @property

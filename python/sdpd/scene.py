@@ -63,8 +63,9 @@ class Scene(SceneQuantities):
         L0 [length]; the wavelength of a sinusoidal force, else the shortest edge of the box.
     calibrate : bool
         Divide the friction by the lattice factor eta_eff/eta of kernel and support, so that the
-        fluid of particles delivers the asked viscosity. (Friction rate and self-diffusion have
-        another factor and cannot be right at once.) Refused where that factor is below 0.5.
+        fluid of particles delivers the asked viscosity, and likewise the conductivity by its own.
+        (Friction rate and self-diffusion have another factor and cannot be right at once.) Refused
+        where that factor is below 0.5.
     walls : sequence of Plane, Cylinder, Sphere, Polyline, Mesh or LevelSet
         They must close every axis along which the box is not periodic, and be one support apart
         or meet at right angles. Edges at any angle and narrow gaps belong into one Polyline, Mesh
@@ -361,7 +362,7 @@ class Scene(SceneQuantities):
         thermal = {
             "eos": self.caloric,
             "boltzmann_constant": fluid.boltzmann_constant,
-            "conductivity": (fluid.thermal_conductivity or 0.0) if active.conduction else 0.0,
+            "conductivity": self.conductivity if active.conduction else 0.0,
             "exponents": [
                 fluid.viscosity_exponent if variable else 0.0,
                 fluid.conductivity_exponent if variable else 0.0,

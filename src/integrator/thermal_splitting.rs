@@ -14,7 +14,7 @@ use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
 use crate::sweep::{
     Direction, Slopes, ThermalSweep, number_densities, pair_forces, pair_work, slopes,
-    thermal_exchange, wall_densities, wall_forces, wall_thermal_exchange, wall_work,
+    thermal_exchange, wall_densities, wall_forces, wall_work,
 };
 use crate::thermal::Thermal;
 
@@ -127,36 +127,13 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
             list,
             cell,
             slopes: self.sweeps.slopes,
+            slope: self.sweeps.slope,
             exchange: thermal.pair.exchange(t),
+            time: t,
             key,
             direction,
         };
-        // Walls after the pairs, and backward before them: a step is the same from both ends.
-        if direction == Direction::Backward {
-            wall_thermal_exchange::<X, V, D>(
-                particles,
-                walls,
-                thermal,
-                &sweep,
-                self.sweeps.slope,
-                t,
-            );
-        }
-        if X::FRICTION || X::CONDUCTION {
-            let heat = thermal.fields.heat;
-            let refused = &mut thermal.refused;
-            thermal_exchange::<X, V, D>(particles, heat, &sweep, refused, tally.as_mut());
-        }
-        if direction == Direction::Forward {
-            wall_thermal_exchange::<X, V, D>(
-                particles,
-                walls,
-                thermal,
-                &sweep,
-                self.sweeps.slope,
-                t,
-            );
-        }
+        thermal_exchange::<X, V, D>(particles, walls, thermal, &sweep, tally.as_mut());
     }
 
     fn with_thermal(engine: &mut Engine, act: impl FnOnce(&mut Thermal, &mut Engine)) {

@@ -7,6 +7,6 @@ pub use friction::{
     Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms, PairFriction,
 };
 pub use thermal::{
-    Adiabatic, Bath, BathAndConduction, Conduction, ConductionVariable, Decays, Exchanges, Full,
-    FullVariable, Heating, HeatingVariable, PairThermal, ThermalExchange,
+    Adiabatic, Bath, BathAndConduction, Conduction, ConductionVariable, Exchanges, FrictionDecay,
+    Full, FullVariable, HeatDecay, Heating, HeatingVariable, PairThermal, ThermalExchange,
 };

@@ -98,21 +98,26 @@ pub struct ThermalExchange {
     dimension: f64,
 }
 
-/// Decays of one pair: what may be computed for many at once.
+/// Decay of the relative velocity of one pair: what may be computed for many at once.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Decays {
-    /// exp(-lam t) - 1 across and along.
+pub struct FrictionDecay {
+    /// exp(-lam t) - 1 across the line of centres.
     pub across: f64,
-    /// The same along.
+    /// The same along it.
     pub along: f64,
     /// sqrt(1 - exp(-2 lam t)) across.
     pub spread_across: f64,
     /// The same along.
     pub spread_along: f64,
+}
+
+/// Decay of the difference of energies of one pair.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct HeatDecay {
     /// exp(-th) - 1.
     pub heat: f64,
     /// 1 - q.
-    pub heat_spread: f64,
+    pub spread: f64,
 }
 
 impl PairThermal {
@@ -141,74 +146,56 @@ fn share(e: [f64; 2], inverse_capacity: f64) -> f64 {
 }
 
 impl ThermalExchange {
-    /// Decays of a pair of weight g. Of the energies `e` only c depends, which is stationary at
-    /// equal temperatures: it need not be the latest.
+    /// Decay by friction of a pair of weight g. Of the energies `e` only c depends, which is
+    /// stationary at equal temperatures: they need not be the latest.
     #[inline(always)]
-    pub fn decays<X: Exchanges>(&self, g: f64, e: [f64; 2], noise: bool) -> Decays {
-        self.decays_at::<X>(g, e, [1.0, 1.0], noise)
+    pub fn friction<X: Exchanges>(&self, g: f64, e: [f64; 2], noise: bool) -> FrictionDecay {
+        let c = if noise && X::HEATING {
+            share(e, self.inverse_capacity)
+        } else {
+            0.0
+        };
+        let weight = g * (1.0 - c);
+        let across = expm1_negative(self.rate_across * weight);
+        let along = expm1_negative(self.rate_along * weight);
+        let root = |m: f64| if noise { (-m * (2.0 + m)).sqrt() } else { 0.0 };
+        FrictionDecay {
+            across,
+            along,
+            spread_across: root(across),
+            spread_along: root(along),
+        }
     }
 
+    /// Decay by conduction.
     #[inline(always)]
-    fn decays_at<X: Exchanges>(
-        &self,
-        g: f64,
-        e: [f64; 2],
-        factors: [f64; 2],
-        noise: bool,
-    ) -> Decays {
-        let mut decays = Decays::default();
-        let root = |m: f64| (-m * (2.0 + m)).sqrt();
-        if X::FRICTION {
-            let corrected = noise && X::HEATING;
-            let c = if corrected {
-                share(e, self.inverse_capacity)
+    pub fn heat(&self, g: f64, noise: bool) -> HeatDecay {
+        let th = self.rate_heat * g;
+        HeatDecay {
+            heat: expm1_negative(th),
+            spread: if noise {
+                -expm1_negative(th * (2.0 + self.inverse_capacity))
             } else {
                 0.0
-            };
-            let weight = g * factors[0] * (1.0 - c);
-            decays.across = expm1_negative(self.rate_across * weight);
-            decays.along = expm1_negative(self.rate_along * weight);
-            if noise {
-                decays.spread_across = root(decays.across);
-                decays.spread_along = root(decays.along);
-            }
+            },
         }
-        if X::CONDUCTION {
-            let th = self.rate_heat * g * factors[1];
-            decays.heat = expm1_negative(th);
-            if noise {
-                decays.heat_spread = -expm1_negative(th * (2.0 + self.inverse_capacity));
-            }
-        }
-        decays
     }
 
-    /// The decays with the coefficients at the temperature of the pair, of which friction takes an
-    /// invariant of its own step and conduction one of its own: with these no drift term is due.
+    /// eta over its value at the reference, for a pair whose relative velocity has the given square:
+    /// at the mean of the temperatures, from what the pair's friction leaves as it is, E_i + E_j +
+    /// K (K = u^2/4). With the factor of such an invariant no drift term is due.
     #[inline(always)]
-    pub fn decays_now<X: Exchanges>(
-        &self,
-        g: f64,
-        e: [f64; 2],
-        square: f64,
-        noise: bool,
-    ) -> Decays {
-        let [viscous, conductive] = self.exponents;
-        // K of the relative motion is u^2/4, and half of it goes to each.
-        let scale = self.inverse_reference / (self.capacity + 0.25 * self.dimension);
-        let at = |x: f64| ((x + 0.125 * square) * scale).powf(viscous);
-        let first = if X::FRICTION {
-            0.5 * (at(e[0]) + at(e[1]))
-        } else {
-            1.0
-        };
-        let second = if X::CONDUCTION {
-            let scale = 0.5 * self.inverse_reference * self.inverse_capacity;
-            ((e[0] + e[1]) * scale).powf(conductive)
-        } else {
-            1.0
-        };
-        self.decays_at::<X>(g, e, [first, second], noise)
+    pub fn viscous_factor(&self, e: [f64; 2], square: f64) -> f64 {
+        let freedom = self.capacity + 0.25 * self.dimension;
+        let mean = (0.5 * (e[0] + e[1]) + 0.125 * square) * self.inverse_reference / freedom;
+        mean.powf(self.exponents[0])
+    }
+
+    /// kappa over its value at the reference, at the mean temperature, which conduction leaves.
+    #[inline(always)]
+    pub fn conductive_factor(&self, e: [f64; 2]) -> f64 {
+        let mean = 0.5 * (e[0] + e[1]) * self.inverse_reference * self.inverse_capacity;
+        mean.powf(self.exponents[1])
     }
 
     /// sqrt(s2), the width of u.
@@ -225,14 +212,20 @@ impl ThermalExchange {
 
     /// The energies after conduction, or as they are where one would be left with none.
     #[inline(always)]
-    pub fn conduct(&self, e: [f64; 2], decays: &Decays, xi: f64, noise: bool) -> Option<[f64; 2]> {
+    pub fn conduct(
+        &self,
+        e: [f64; 2],
+        decay: &HeatDecay,
+        xi: f64,
+        noise: bool,
+    ) -> Option<[f64; 2]> {
         let sum = e[0] + e[1];
         let x = 0.5 * (e[0] - e[1]);
-        let r = 1.0 + decays.heat;
+        let r = 1.0 + decay.heat;
         let mut after = r * x;
         if noise {
-            let q = 1.0 - decays.heat_spread;
-            let variance = sum * sum * self.spread * decays.heat_spread + x * x * (q - r * r);
+            let q = 1.0 - decay.spread;
+            let variance = sum * sum * self.spread * decay.spread + x * x * (q - r * r);
             after += variance.max(0.0).sqrt() * xi;
         }
         let half = 0.5 * sum;
@@ -256,10 +249,13 @@ impl ThermalExchange {
         let mut weight = g;
         if X::VARIABLE {
             let square: f64 = u.iter().map(|x| x * x).sum();
-            let (part, freedom) = if own { (0.5, 0.5) } else { (0.125, 0.25) };
-            let scale = self.inverse_reference / (self.capacity + freedom * self.dimension);
-            let at = |x: f64| ((x + part * square) * scale).powf(self.exponents[0]);
-            weight *= 0.5 * (at(e[0]) + at(e[1]));
+            weight *= if own {
+                let freedom = self.capacity + 0.5 * self.dimension;
+                let t = (e[0] + 0.5 * square) * self.inverse_reference / freedom;
+                t.powf(self.exponents[0])
+            } else {
+                self.viscous_factor(e, square)
+            };
         }
         // The noise of an own image has the temperature of its particle, whatever it does to it.
         if xi.is_some() && X::HEATING && !own {
@@ -358,7 +354,7 @@ mod tests {
         let exchange = coefficients(k).exchange(0.05);
         let e = [7.0, 4.0];
         let g = 0.7;
-        let decays = exchange.decays::<Full>(g, e, true);
+        let decays = exchange.heat(g, true);
         let [sum, x] = [e[0] + e[1], 0.5 * (e[0] - e[1])];
         // d<x^2>/dt = -2 th' <x^2> + 4 kappa g <Ti Tj>, Ti Tj = (M^2/4 - x^2)/k^2, th' per time;
         // the drift of x is -2 kappa g (2 x)/k.
@@ -382,7 +378,7 @@ mod tests {
         assert!((plus[0] + plus[1] - sum).abs() < 1e-14);
         // Nothing is left to one of them: the step is not made.
         assert_eq!(exchange.conduct([0.1, 0.1], &decays, 50.0, true), None);
-        let silent = exchange.conduct(e, &exchange.decays::<Full>(g, e, false), 0.0, false);
+        let silent = exchange.conduct(e, &exchange.heat(g, false), 0.0, false);
         assert!(
             (0.5 * (silent.unwrap()[0] - silent.unwrap()[1]) - x * (-rate * 0.05_f64).exp()).abs()
                 < 1e-12
@@ -403,7 +399,7 @@ mod tests {
             for step in 0..n {
                 let words = SweepKey::new(5, Stream::PairExchange, step, 0).pair_words(0, 1);
                 let xi = Gaussian::draw_four(words);
-                let decays = exchange.decays::<Full>(1.0, e, true);
+                let decays = exchange.friction::<Full>(1.0, e, true);
                 let width = exchange.width::<Full>(e);
                 let square = |u: [f64; 3]| u.iter().map(|x| x * x).sum::<f64>();
                 // e along the first axis
@@ -416,7 +412,7 @@ mod tests {
                 if e[0] + gain > 0.0 && e[1] + gain > 0.0 {
                     (u, e) = (next, e.map(|x| x + gain));
                 }
-                let decays = exchange.decays::<Full>(1.0, e, true);
+                let decays = exchange.heat(1.0, true);
                 e = exchange.conduct(e, &decays, xi[3], true).unwrap_or(e);
                 first += e[0] / total;
                 second += (e[0] / total).powi(2);
@@ -455,7 +451,7 @@ mod tests {
             if let Some(own) = exchange.bath::<Full>(0.5, [e[0]; 2], t, Some(xi[1]), true) {
                 e[0] = own[0];
             }
-            let decays = exchange.decays::<Full>(1.0, e, true);
+            let decays = exchange.heat(1.0, true);
             e = exchange.conduct(e, &decays, xi[2], true).unwrap_or(e);
             let [a, b] = e.map(|x| x / (k * t) - 1.0);
             for (sum, value) in sums.iter_mut().zip([a, a * a, b, a * b]) {
@@ -469,7 +465,7 @@ mod tests {
         assert!(product.abs() < 0.006, "{sums:?}");
         let mut cold = [0.01 * k * t, 0.05 * k * t];
         for _ in 0..4000 {
-            let decays = exchange.decays::<Full>(1.0, cold, false);
+            let decays = exchange.heat(1.0, false);
             cold = exchange.conduct(cold, &decays, 0.0, false).unwrap();
             cold = exchange.bath::<Full>(1.0, cold, t, None, false).unwrap();
         }
@@ -508,7 +504,7 @@ mod tests {
                     (u, e) = (next, e.map(|x| x + gain));
                 }
                 if !own {
-                    let decays = exchange.decays::<Full>(1.0, e, true);
+                    let decays = exchange.heat(1.0, true);
                     e = exchange.conduct(e, &decays, xi[3], true).unwrap_or(e);
                 }
                 heat += e[0] / total / n as f64;

@@ -559,7 +559,16 @@ impl Core {
         } else {
             Coordinate::Axis(index)
         };
-        let profile = Profile::new(every, self.dimension, coordinate, interval, bins, block);
+        let energy = engine.thermal.is_some();
+        let profile = Profile::new(
+            every,
+            self.dimension,
+            energy,
+            coordinate,
+            interval,
+            bins,
+            block,
+        );
         Ok(ProfileHandle::attach(&mut engine, profile))
     }
 

@@ -26,7 +26,7 @@ pub use thermal_exchange::{Slopes, ThermalSweep, slopes, thermal_exchange};
 pub use wall_density::wall_densities;
 pub use wall_exchange::wall_exchange;
 pub use wall_force::{Motion, wall_drag, wall_forces, wall_friction_weight};
-pub use wall_thermal::{wall_thermal_exchange, wall_work};
+pub use wall_thermal::wall_work;
 pub use wide::{Task, run_wide};
 pub use work::pair_work;
 

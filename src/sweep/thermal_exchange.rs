@@ -6,13 +6,16 @@
 use std::marker::PhantomData;
 
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
+use super::wall_thermal::WallRounds;
 use super::{CHUNK, Direction, Shared, Task, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
-use crate::physics::{Decays, Exchanges, ThermalExchange};
+use crate::physics::{Exchanges, FrictionDecay, HeatDecay, ThermalExchange};
 use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
 use crate::state::Particles;
+use crate::thermal::Thermal;
+use crate::wall::Walls;
 
 /// F of the squared distances of a chunk: the kernel enters this sweep as a function, not as a type,
 /// which keeps the number of loops to compile small.
@@ -149,35 +152,49 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             lanes.inverse_r2[k] = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
             lanes.weight[k] = slope[k] * (weight * weight);
         }
-        if !X::VARIABLE {
+        if X::FRICTION && !X::VARIABLE {
             for k in 0..padded(count) {
                 let e = [lanes.energy[0][k], lanes.energy[1][k]];
-                let d = self.exchange.decays::<X>(lanes.weight[k], e, V::ON);
+                let d = self.exchange.friction::<X>(lanes.weight[k], e, V::ON);
                 lanes.decays[0][k] = d.across;
                 lanes.decays[1][k] = d.along;
                 lanes.decays[2][k] = d.spread_across;
                 lanes.decays[3][k] = d.spread_along;
+            }
+        }
+        if X::CONDUCTION && !X::VARIABLE {
+            for k in 0..padded(count) {
+                let d = self.exchange.heat(lanes.weight[k], V::ON);
                 lanes.decays[4][k] = d.heat;
-                lanes.decays[5][k] = d.heat_spread;
+                lanes.decays[5][k] = d.spread;
             }
         }
     }
 
     #[inline(always)]
-    fn decays(&self, lanes: &Lanes, k: usize, e: [f64; 2], square: f64) -> Decays {
+    fn friction_decay(&self, lanes: &Lanes, k: usize, e: [f64; 2], square: f64) -> FrictionDecay {
         if X::VARIABLE {
-            return self
-                .exchange
-                .decays_now::<X>(lanes.weight[k], e, square, V::ON);
+            let g = lanes.weight[k] * self.exchange.viscous_factor(e, square);
+            return self.exchange.friction::<X>(g, e, V::ON);
         }
         let d = &lanes.decays;
-        Decays {
+        FrictionDecay {
             across: d[0][k],
             along: d[1][k],
             spread_across: d[2][k],
             spread_along: d[3][k],
-            heat: d[4][k],
-            heat_spread: d[5][k],
+        }
+    }
+
+    #[inline(always)]
+    fn heat_decay(&self, lanes: &Lanes, k: usize, e: [f64; 2]) -> HeatDecay {
+        if X::VARIABLE {
+            let g = lanes.weight[k] * self.exchange.conductive_factor(e);
+            return self.exchange.heat(g, V::ON);
+        }
+        HeatDecay {
+            heat: lanes.decays[4][k],
+            spread: lanes.decays[5][k],
         }
     }
 
@@ -200,7 +217,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             approach += lanes.r[a][k] * u[a];
             square += u[a] * u[a];
         }
-        let d = self.decays(lanes, k, e, square);
+        let d = self.friction_decay(lanes, k, e, square);
         let inverse = lanes.inverse_r2[k];
         let along = 0.5 * (d.along - d.across) * inverse * approach;
         let (mut strength, mut excess) = (0.0, 0.0);
@@ -244,7 +261,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         // SAFETY: blocks of one colour share no particle, and i != j.
         let (ei, ej) = unsafe { (self.energy.slot(i), self.energy.slot(j)) };
         let e = [*ei, *ej];
-        let d = self.decays(lanes, k, e, 0.0);
+        let d = self.heat_decay(lanes, k, e);
         match self.exchange.conduct(e, &d, lanes.xi[3][k], V::ON) {
             Some(after) => [*ei, *ej] = after,
             None => change.refused += 1,
@@ -375,55 +392,82 @@ pub struct ThermalSweep<'a> {
     pub list: &'a PairList,
     /// The box.
     pub cell: &'a PeriodicBox,
-    /// The kernel.
+    /// F of the kernel, for the distances of a chunk.
     pub slopes: Slopes,
+    /// The same for one distance.
+    pub slope: fn(f64) -> f64,
     /// The exchange of half a step.
     pub exchange: ThermalExchange,
+    /// How long that is.
+    pub time: f64,
     /// Of the noise.
     pub key: SweepKey,
     /// Order of the sweep.
     pub direction: Direction,
 }
 
-/// One sweep over all pairs: round by round, colour by colour, block by block. `energy` is the
-/// number of the field of thermal energies; `refused` counts by block the updates that would have
-/// left a particle without energy.
+/// One sweep over all pairs and over links to images: round by round, colour by colour, block by
+/// block. Updates that would leave a particle without energy are not made, and counted.
 pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
     particles: &mut Particles,
-    energy: usize,
+    walls: &mut Walls,
+    thermal: &mut Thermal,
     sweep: &ThermalSweep<'_>,
-    refused: &mut [u64],
     mut tally: Option<&mut Tally>,
 ) {
     let sums = tally.as_deref_mut().map(Tally::begin);
-    let velocity = Shared::new(&mut particles.velocity);
-    let energy = Shared::new(&mut particles.scalars[energy].values);
-    let refused = Shared::new(refused);
-    let (position, id) = (&particles.position, &particles.id);
+    let mut along = WallRounds::begin(walls);
     let backward = sweep.direction == Direction::Backward;
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
-        for_each_block(sweep.grid, sweep.list, backward, &|number, block| {
-            run_wide(ThermalTask::<X, V, D> {
-                block,
-                cell: sweep.cell,
-                position,
-                velocity,
-                energy,
-                refused,
-                id,
-                slopes: sweep.slopes,
-                exchange: sweep.exchange,
-                key: sweep.key,
-                direction: sweep.direction,
-                round,
-                number,
-                tally: sums,
-                form: PhantomData,
-            });
-        });
+        // Walls after the pairs, and backward before them: a step is the same from both ends.
+        if let (true, Some(along)) = (backward, &mut along) {
+            along.round::<X, V, D>(particles, walls, thermal, sweep, round);
+        }
+        if X::FRICTION || X::CONDUCTION {
+            pairs::<X, V, D>(particles, thermal, sweep, round, sums);
+        }
+        if let (false, Some(along)) = (backward, &mut along) {
+            along.round::<X, V, D>(particles, walls, thermal, sweep, round);
+        }
+    }
+    if let Some(along) = along {
+        along.finish(particles, walls, thermal, sweep.time);
     }
     if let Some(tally) = tally {
         tally.keep_exchange();
     }
+}
+
+fn pairs<X: Exchanges, V: Variate, const D: usize>(
+    particles: &mut Particles,
+    thermal: &mut Thermal,
+    sweep: &ThermalSweep<'_>,
+    round: usize,
+    tally: Option<BlockSums<'_>>,
+) {
+    let velocity = Shared::new(&mut particles.velocity);
+    let energy = Shared::new(&mut particles.scalars[thermal.fields.heat].values);
+    let refused = Shared::new(&mut thermal.refused);
+    let (position, id) = (&particles.position, &particles.id);
+    let backward = sweep.direction == Direction::Backward;
+    for_each_block(sweep.grid, sweep.list, backward, &|number, block| {
+        run_wide(ThermalTask::<X, V, D> {
+            block,
+            cell: sweep.cell,
+            position,
+            velocity,
+            energy,
+            refused,
+            id,
+            slopes: sweep.slopes,
+            exchange: sweep.exchange,
+            key: sweep.key,
+            direction: sweep.direction,
+            round,
+            number,
+            tally,
+            form: PhantomData,
+        });
+    });
 }

@@ -4,13 +4,15 @@
 
 use std::marker::PhantomData;
 
+use rayon::prelude::*;
+
 use super::thermal_exchange::ThermalSweep;
-use super::wall::{Scenery, dot, for_each_links, for_each_near};
+use super::wall::{Scenery, collect, dot, for_each_links, for_each_near};
 use super::{Direction, Shared};
 use crate::kernel::Kernel;
-use crate::neighbor::Grid;
+use crate::neighbor::{Grid, ROUNDS};
 use crate::physics::{Exchanges, ThermalExchange};
-use crate::random::{SweepKey, Variate};
+use crate::random::{SweepKey, Variate, fmix64, pair_counter};
 use crate::state::Particles;
 use crate::thermal::{Thermal, WallHeat};
 use crate::wall::{BlockLinks, OwnImages, View, Walls, Wrench};
@@ -48,7 +50,7 @@ pub fn wall_work<K: Kernel, const D: usize>(
         }
         rate
     };
-    for_each_links(grid, &mut links, false, &|block| {
+    for_each_links(grid, &mut links, false, true, &|block| {
         for view in &block.views {
             let rate = rate(view);
             // SAFETY: blocks of one colour share no particle, and the two differ.
@@ -120,6 +122,13 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
         } else {
             Passage::Mirror
         }
+    }
+
+    /// The round of a sweep in which a view has its turn, by the ids of its particles alone.
+    fn round(&self, view: &View) -> usize {
+        let [p, q] = view.link.slots.map(|slot| self.id[slot as usize]);
+        let [low, high] = pair_counter(p, q);
+        fmix64(fmix64(low) ^ high) as usize % ROUNDS
     }
 
     fn g(&self, view: &View) -> f64 {
@@ -225,7 +234,12 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
                 } else {
                     -1.0
                 };
-                let decays = self.exchange.decays_now::<X>(self.g(view), e, 0.0, V::ON);
+                let factor = if X::VARIABLE {
+                    self.exchange.conductive_factor(e)
+                } else {
+                    1.0
+                };
+                let decays = self.exchange.heat(self.g(view) * factor, V::ON);
                 self.exchange.conduct(e, &decays, sign * xi[3], V::ON)
             }
             (Passage::Bath(t), own) => {
@@ -273,87 +287,108 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
     }
 }
 
-/// One sweep over all links and own images; the walls' impulses get the reaction, and their accounts
-/// heat and work.
-pub fn wall_thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
-    particles: &mut Particles,
-    walls: &mut Walls,
-    thermal: &mut Thermal,
-    sweep: &ThermalSweep<'_>,
-    slope: fn(f64) -> f64,
-    t: f64,
-) {
-    if !walls.any() {
-        return;
+/// Walls in a sweep over pairs: in every round their turn comes, and at the end their impulses get
+/// the reaction, and their accounts heat and work. Dealt out to the rounds like pairs, links to
+/// images leave neither slip nor a jump of temperature behind at long steps.
+pub(super) struct WallRounds {
+    links: Vec<BlockLinks>,
+    tasks: Vec<OwnImages>,
+}
+
+impl WallRounds {
+    /// Takes the links out of the walls; none where there is no wall.
+    pub fn begin(walls: &mut Walls) -> Option<Self> {
+        if !walls.any() {
+            return None;
+        }
+        let mut links = std::mem::take(&mut walls.links);
+        let mut tasks = std::mem::take(&mut walls.tasks);
+        for block in &mut links {
+            block.tally.fill([0.0; 6]);
+            block.energies.fill([0.0; 3]);
+        }
+        for task in &mut tasks {
+            task.tally.fill([0.0; 6]);
+            task.energies.fill([0.0; 3]);
+        }
+        Some(Self { links, tasks })
     }
-    let mut links = std::mem::take(&mut walls.links);
-    let mut tasks = std::mem::take(&mut walls.tasks);
-    let backward = sweep.direction == Direction::Backward;
-    let task = WallTask::<X, V, D> {
-        scenery: Scenery::of(walls),
-        heat: &thermal.walls,
-        position: &particles.position,
-        velocity: Shared::new(&mut particles.velocity),
-        energy: Shared::new(&mut particles.scalars[thermal.fields.heat].values),
-        id: &particles.id,
-        slope,
-        exchange: sweep.exchange,
-        key: sweep.key,
-        form: PhantomData,
-    };
-    let links_of = |block: &mut BlockLinks| {
-        block.energies.fill([0.0; 3]);
-        let BlockLinks {
-            views,
-            tally,
-            energies,
-            ..
-        } = block;
-        let mut one = |view| task.view(view, backward, tally, energies);
+
+    /// The links and own images of one round; own images come last, and backward first.
+    pub fn round<X: Exchanges, V: Variate, const D: usize>(
+        &mut self,
+        particles: &mut Particles,
+        walls: &Walls,
+        thermal: &Thermal,
+        sweep: &ThermalSweep<'_>,
+        round: usize,
+    ) {
+        let backward = sweep.direction == Direction::Backward;
+        let task = WallTask::<X, V, D> {
+            scenery: Scenery::of(walls),
+            heat: &thermal.walls,
+            position: &particles.position,
+            velocity: Shared::new(&mut particles.velocity),
+            energy: Shared::new(&mut particles.scalars[thermal.fields.heat].values),
+            id: &particles.id,
+            slope: sweep.slope,
+            exchange: sweep.exchange,
+            key: sweep.key,
+            form: PhantomData,
+        };
+        let each = |views: &[View], tally: &mut [Wrench], energies: &mut [[f64; 3]]| {
+            let mut one = |view: &View| {
+                if task.round(view) == round {
+                    task.view(view, backward, tally, energies);
+                }
+            };
+            if backward {
+                views.iter().rev().for_each(&mut one);
+            } else {
+                views.iter().for_each(&mut one);
+            }
+        };
+        let own = |tasks: &mut [OwnImages]| {
+            tasks.par_iter_mut().for_each(|own| {
+                each(&own.views, &mut own.tally, &mut own.energies);
+            });
+        };
         if backward {
-            views.iter().rev().for_each(&mut one);
-        } else {
-            views.iter().for_each(&mut one);
+            own(&mut self.tasks);
         }
-    };
-    let own_of = |_: &[crate::wall::Near], own: &mut OwnImages| {
-        own.energies.fill([0.0; 3]);
-        let OwnImages {
-            views,
-            tally,
-            energies,
-        } = own;
-        let mut one = |view| task.view(view, backward, tally, energies);
-        if backward {
-            views.iter().rev().for_each(&mut one);
-        } else {
-            views.iter().for_each(&mut one);
-        }
-    };
-    if backward {
-        for_each_near(&walls.near, &mut tasks, &own_of);
-    }
-    for_each_links(sweep.grid, &mut links, backward, &links_of);
-    if !backward {
-        for_each_near(&walls.near, &mut tasks, &own_of);
-    }
-    let energies = links
-        .iter()
-        .filter(|block| !block.links.is_empty())
-        .map(|block| &block.energies)
-        .chain(tasks.iter().map(|task| &task.energies));
-    for sums in energies {
-        for (wall, [heat, work, refused]) in sums.iter().enumerate() {
-            thermal.exchanged[wall][0] += heat;
-            thermal.exchanged[wall][1] += work;
-            thermal.refused[0] += *refused as u64;
+        for_each_links(sweep.grid, &mut self.links, backward, false, &|block| {
+            each(&block.views, &mut block.tally, &mut block.energies);
+        });
+        if !backward {
+            own(&mut self.tasks);
         }
     }
-    let mut impulse = std::mem::take(&mut walls.impulse);
-    super::wall::collect(&mut impulse, &links, &tasks);
-    walls.impulse = impulse;
-    (walls.links, walls.tasks) = (links, tasks);
-    heat_by_flux(particles, walls, thermal, t);
+
+    /// Adds up, and gives the links back; `t` is the time of the sweep.
+    pub fn finish(
+        self,
+        particles: &mut Particles,
+        walls: &mut Walls,
+        thermal: &mut Thermal,
+        t: f64,
+    ) {
+        let blocks = self.links.iter().filter(|block| !block.links.is_empty());
+        let energies = blocks
+            .map(|block| &block.energies)
+            .chain(self.tasks.iter().map(|task| &task.energies));
+        for sums in energies {
+            for (wall, [heat, work, refused]) in sums.iter().enumerate() {
+                thermal.exchanged[wall][0] += heat;
+                thermal.exchanged[wall][1] += work;
+                thermal.refused[0] += *refused as u64;
+            }
+        }
+        let mut impulse = std::mem::take(&mut walls.impulse);
+        collect(&mut impulse, &self.links, &self.tasks);
+        walls.impulse = impulse;
+        (walls.links, walls.tasks) = (self.links, self.tasks);
+        heat_by_flux(particles, walls, thermal, t);
+    }
 }
 
 /// The given power of a wall goes to the particles next to it, each in proportion to its volume and
