@@ -29,10 +29,21 @@ WALLED = {
     "couette",
     "cylinder",
     "poiseuille",
+    "thermal_couette",
     "wall_equilibrium",
     "wall_flows",
 }
 WALLS = ("sweep/wall", "wall/")
+# Likewise for fluids with an energy.
+THERMAL = {"thermal_couette", "thermal_equilibrium"}
+ENERGY = (
+    "eos/caloric/",
+    "integrator/thermal",
+    "physics/thermal",
+    "sweep/thermal",
+    "sweep/work.rs",
+    "thermal.rs",
+)
 PHYSICS = (
     "domain",
     "effect.rs",
@@ -46,6 +57,7 @@ PHYSICS = (
     "simulation.rs",
     "state.rs",
     "sweep",
+    "thermal.rs",
     "units.rs",
     "wall",
 )
@@ -59,8 +71,10 @@ def physics_hash(case: str) -> str:
         path = source / name
         files = sorted(path.rglob("*.rs")) if path.is_dir() else [path]
         for file in files:
-            of_walls = file.relative_to(source).as_posix().startswith(WALLS)
-            if of_walls and case not in WALLED:
+            place = file.relative_to(source).as_posix()
+            if place.startswith(WALLS) and case not in WALLED:
+                continue
+            if place.startswith(ENERGY) and case not in THERMAL:
                 continue
             digest.update(file.relative_to(ROOT).as_posix().encode())
             digest.update(file.read_bytes())
@@ -72,7 +86,13 @@ def stale(case: str) -> str | None:
     recorded = load()[case]["physics"]
     if recorded == physics_hash(case):
         return None
-    return signature.difference(recorded, case in WALLED)
+    return signature.difference(recorded, groups(case))
+
+
+def groups(case: str) -> tuple[str, ...]:
+    """Groups of scenes that tell whether the physics of a case is the same."""
+    more = {"walled": case in WALLED, "thermal": case in THERMAL}
+    return ("open", *(name for name, wanted in more.items() if wanted))
 
 
 def load() -> dict[str, Any]:
@@ -103,7 +123,7 @@ def store(case: str, numbers: dict[str, Any]) -> None:
     record = load()
     physics = physics_hash(case)
     kept = {entry["physics"] for name, entry in record.items() if name != case}
-    signature.store(physics, case in WALLED, kept)
+    signature.store(physics, groups(case), kept)
     record[case] = {
         "physics": physics,
         "commit": _commit(),
