@@ -399,11 +399,10 @@ class Sweep:
         th = 4.0 * kappa * contact.g * self.time / s.capacity
         after = x * math.exp(-th)
         if contact.xi:
-            square = math.exp(-th * (2.0 + 1.0 / k))
             rest = total**2 / (4.0 * (2.0 * k + 1.0))
             # <x'^2> - <x'>^2, without the cancellation at small th
-            fall = -math.expm1(-th * (2.0 + 1.0 / k))
-            variance = rest * fall + x * x * (square - math.exp(-2.0 * th))
+            variance = -rest * math.expm1(-th * (2.0 + 1.0 / k))
+            variance += x * x * math.exp(-2.0 * th) * math.expm1(-th / k)
             after += math.sqrt(max(variance, 0.0)) * contact.xi[3]
         if abs(after) >= 0.5 * total:
             return self._refuse()
