@@ -111,7 +111,7 @@ def thermal_wall_problem(
     return warmed(base.at(dt=dt), heat=conditions, **thermal)
 
 
-def thermal_core(system: ThermalSystem, **options: Any) -> Core:
+def thermal_core(system: ThermalSystem, **options: Any) -> Any:
     """The Rust core of a thermal twin."""
     law = system.caloric
     arguments: dict[str, Any] = {
@@ -154,14 +154,14 @@ def thermal_core(system: ThermalSystem, **options: Any) -> Core:
     return Core(**{**arguments, **options})
 
 
-def orders(sim: Core) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def orders(sim: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Pairs and links of the core in the order of a forward sweep."""
     pairs = np.asarray(sim.pair_order(), dtype=np.int64).reshape(-1, 2)
     return pairs, np.asarray(sim.wall_link_order(), dtype=np.int64).reshape(-1, 3)
 
 
 def advanced(
-    sim: Core, system: ThermalSystem, steps: int, accounts: Accounts, first: int = 0
+    sim: Any, system: ThermalSystem, steps: int, accounts: Accounts, first: int = 0
 ) -> ThermalSystem:
     """The twin after `steps` steps along with the core, in the orders that the core reports."""
     for step in range(first, first + steps):
@@ -171,7 +171,7 @@ def advanced(
     return system
 
 
-def differences(sim: Core, system: ThermalSystem) -> dict[str, float]:
+def differences(sim: Any, system: ThermalSystem) -> dict[str, float]:
     """Largest deviations of the core from the twin, in units of box, thermal speed, T."""
     way = np.asarray(sim.positions) - system.positions
     finite = np.where(system.box == NO_EDGE, EDGE, system.box)
@@ -184,7 +184,7 @@ def differences(sim: Core, system: ThermalSystem) -> dict[str, float]:
     }
 
 
-def core_energy(sim: Core, mass: float = 1.0) -> float:
+def core_energy(sim: Any, mass: float = 1.0) -> float:
     """Kinetic and internal energy as the core shows them."""
     energies = sim.internal_energies
     assert energies is not None

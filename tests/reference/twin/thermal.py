@@ -309,7 +309,7 @@ class Sweep:
         freedom = 0.5 * part * s.dimension * s.boltzmann_constant
         scale = s.reference_temperature * (s.capacity + freedom)
         ends = (self.heat[contact.i], self.heat[contact.j])
-        return sum(0.5 * ((e + part * kinetic) / scale) ** s.exponents[0] for e in ends)
+        return sum(0.5 * math.pow((e + part * kinetic) / scale, s.exponents[0]) for e in ends)
 
     def rub(self, contact: Contact) -> None:
         s, own = self.system, contact.own
@@ -383,7 +383,7 @@ class Sweep:
         s = self.system
         if not s.exchanges.endswith("variable"):
             return s.conductivity
-        return s.conductivity * (temperature / s.reference_temperature) ** s.exponents[1]
+        return s.conductivity * math.pow(temperature / s.reference_temperature, s.exponents[1])
 
     def _level(self, contact: Contact) -> None:
         """The first two moments of x = (E_i - E_j)/2 are exact.
@@ -497,7 +497,7 @@ def drifted(system: ThermalSystem, accounts: Accounts) -> ThermalSystem:
     """
     entropies, energies = system.entropies, system.internal_energies
     fast, first = kicked(system, accounts)
-    moved = fast.at(positions=fast.positions + fast.dt * fast.velocities).bounced()
+    moved = replace(fast, positions=fast.positions + fast.dt * fast.velocities).bounced()
     assert isinstance(moved, ThermalSystem)
     rho = moved.densities
     adiabat = moved.caloric.temperature(rho, entropies / moved.mass)
