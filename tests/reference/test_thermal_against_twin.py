@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from sdpd import _core
 
-from .build import coefficients, restated
+from .build import restated
 from .thermal_build import (
     EXCHANGES,
-    GAS_CONSTANT,
     VARIABLE,
     advanced,
     caloric,
@@ -478,10 +477,3 @@ def test_bad_written_temperatures_are_named() -> None:
         ):
             act()
     assert np.array_equal(sim.positions, before)
-
-
-def test_the_gas_constant_of_the_problem() -> None:
-    """X = R T m/kT of the test problems is stiff enough for a fluid, and b that of physics.md."""
-    assert GAS_CONSTANT > 30.0
-    a, b = coefficients("general", 3, 20.0, 4.0)
-    assert a + b / 3.0 == pytest.approx(20.0 * 20.0 / 9.0 + 2.0 * 4.0 / 3.0)
