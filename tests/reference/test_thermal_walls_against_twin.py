@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from .test_thermal_against_twin import order_of_convergence
 from .test_walls_against_twin import (
     CASES,
     Geometry,
@@ -101,11 +102,11 @@ def test_steps_without_noise(geometry: Geometry, dimension: int) -> None:
     assert isinstance(system, ThermalSystem)
     sim, accounts = thermal_core(system), Accounts()
     before = core_energy(sim)
-    state = advanced(sim, system, 2, accounts)
+    state = advanced(sim, system, 2 if dimension == 2 else 1, accounts)
     assert_same(sim, state, QUIET)
     assert_same_accounts(sim, accounts)
     assert abs(balance(sim, before)) < 1e-12 * abs(before)
-    assert abs(accounts.wall_heat).max() > 1.0
+    assert abs(accounts.wall_heat).max() > 0.1
 
 
 @pytest.mark.parametrize(
@@ -247,6 +248,26 @@ def test_energy_balance_to_rounding(geometry: Geometry, dimension: int, noise: s
     lost = (system.velocities - sim.velocities).sum(axis=0) + 20 * 0.004 * force * system.size
     received = sim.wall_impulses()[:, :dimension].sum(axis=0)
     assert np.abs(lost - received).max() < 1e-11 * np.abs(sim.wall_impulses()).sum()
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        isothermal(1.4, 2),
+        ADIABATIC,
+        pytest.param(
+            ("flux", [2000.0]),
+            marks=pytest.mark.xfail(
+                strict=True, reason="the flux comes last in both halves: first order in dt"
+            ),
+        ),
+    ],
+    ids=["isothermal", "adiabatic", "flux"],
+)
+def test_the_splitting_is_of_second_order(condition: WallHeat) -> None:
+    system = problem(slab, 2, heat=[condition], exchanges="full", conductivity=100.0)
+    for name, order in order_of_convergence(system, 0.064, 64).items():
+        assert order == pytest.approx(2.0, abs=0.1), name
 
 
 @pytest.mark.parametrize("ratio", [0.3, 3.0])
