@@ -344,6 +344,37 @@ def test_the_core_follows_the_equations(
         assert abs(expected[-1]) > 1.0
 
 
+@pytest.mark.xfail(
+    strict=True,
+    reason="without noise eta is that of T C/(C + D k_B/4), though k_B plays no part there: 9 %",
+)
+def test_variable_viscosity_without_noise() -> None:
+    """eta = eta_0 (T/T_0)^n of the temperatures at hand, for slow motion."""
+    system = cluster(3, None, exchanges="heating_variable", eos="liquid", exponents=(0.7, 0.0))
+    slow = replace(system, velocities=1e-3 * system.velocities)
+    expected = poisson_matrix(slow) @ energy_gradient(slow)
+    ratio = slow.temperatures / slow.reference_temperature
+    for contact in contacts(slow):
+        columns, inner = friction_columns(slow, contact)
+        eta = float(np.mean(ratio[[contact.i, contact.j]] ** 0.7))
+        strength = mean_temperature(slow, contact) * contact.g * eta
+        expected += strength * columns @ inner @ columns.T @ entropy_gradient(slow)
+    still = replace(slow, velocities=0.0 * slow.velocities)
+    rates = []
+    for level in range(5):
+        dt = 4e-4 / 2**level
+        moving, resting = thermal_core(slow, dt=dt), thermal_core(still, dt=dt)
+        for sim in (moving, resting):
+            sim.run(1, dt)
+        # what the pressure does is the same in both, to first order
+        rates.append((moving.velocities - resting.velocities - slow.velocities) / dt)
+    limit = richardson(rates)
+    n = 3 * COUNT
+    pressure = (poisson_matrix(still) @ energy_gradient(still))[n : 2 * n]
+    drag = (expected[n : 2 * n] - pressure).reshape(COUNT, 3)
+    assert np.abs(limit - drag).max() < 1e-3 * np.abs(drag).max()
+
+
 # --- the noisy step of the twin, in the mean ------------------------------------------------------
 
 
@@ -373,7 +404,7 @@ def divergence(
 
 
 def mean_step(
-    system: ThermalSystem, contact: Contact, time: float, heat: bool, points: int = 7
+    system: ThermalSystem, contact: Contact, time: float, heat: bool, points: int = 5
 ) -> tuple[Array, Array]:
     """<dx>/t and <dx dx^T>/t of one exchange, by Gauss-Hermite quadrature over its variates."""
     nodes, weights = np.polynomial.hermite_e.hermegauss(points)
@@ -406,18 +437,27 @@ def picked(system: ThermalSystem) -> list[Contact]:
     return list(found.values())
 
 
-@pytest.mark.parametrize("heat", [False, True], ids=["friction", "conduction"])
-@pytest.mark.parametrize("exchanges", ["full", "full_variable"])
-@pytest.mark.parametrize("wall", [w for _, w in SCENES[1:]], ids=[n for n, _ in SCENES[1:]])
+NOISY = [
+    # (dimension, exchanges, wall, heat)
+    (2, "full", lambda dimension: ADIABATIC, False),
+    (2, "full_variable", isothermal_wall, False),
+    (3, "full_variable", lambda dimension: ADIABATIC, False),
+    (2, "full", lambda dimension: ADIABATIC, True),
+    (2, "full_variable", lambda dimension: ADIABATIC, True),
+    (2, "full", isothermal_wall, True),
+    (3, "full_variable", isothermal_wall, True),
+]
+
+
+@pytest.mark.parametrize(("dimension", "exchanges", "wall", "heat"), NOISY)
 def test_the_noisy_exchange_has_the_right_drift(
-    wall: Callable[[int], WallHeat | None], exchanges: str, heat: bool
+    dimension: int, exchanges: str, wall: Callable[[int], WallHeat | None], heat: bool
 ) -> None:
     """Ito's drift of a contact is M dS/dx + k_B div M, its covariance 2 k_B M, at C = 5 k_B.
 
     So each exchange leaves exp(sum S/k_B - E/(k_B T_w)) where it is; c, the terms of the bath and
     the invariants at which coefficients are taken are all in it. The core is the twin (see there).
     """
-    dimension = 2
     system = cluster(dimension, wall(dimension), exchanges=exchanges, noise="gaussian")
     matrix = heat_matrix if heat else friction_matrix
     tested = 0

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import sdpd
+
 from .test_thermal_against_twin import order_of_convergence
 from .test_walls_against_twin import (
     CASES,
@@ -199,6 +201,20 @@ def test_temperature_gradients_along_walls(geometry: Geometry, dimension: int) -
     assert np.abs(heat_of_walls - accounts.wall_heat).max() < 1e-10
 
 
+@pytest.mark.parametrize("slips", [(0,), (0, 2)])
+def test_heat_passes_where_the_fluid_slips(slips: tuple[int, ...]) -> None:
+    """No friction with images over such a wall, those over two included."""
+    system = problem(duct, 2, exchanges="full_variable", noise="gaussian")
+    system = replace(system, slips=slips)
+    sim, accounts = thermal_core(system), Accounts()
+    before = core_energy(sim)
+    state = advanced(sim, system, 2, accounts)
+    assert_same(sim, state, LOUD)
+    assert_same_accounts(sim, accounts)
+    assert abs(balance(sim, before)) < 1e-12 * abs(before)
+    assert abs(accounts.wall_heat[0]) > 0.1
+
+
 def sliding(wall: Any, speed: float, dimension: int) -> Any:
     velocity = np.zeros(dimension)
     velocity[0] = speed
@@ -335,3 +351,36 @@ def test_bad_conditions_are_named(heat: WallHeat, message: str) -> None:
     system = problem(slab, 2, exchanges="full")
     with pytest.raises(ValueError, match=message):
         thermal_core(replace(system, heat=(heat, heat)))
+
+
+@pytest.mark.xfail(strict=True, reason="the core panics at the first step")
+def test_every_wall_needs_a_condition() -> None:
+    system = problem(slab, 2, exchanges="full")
+    with pytest.raises(ValueError, match=r"`walls`"):
+        thermal_core(replace(system, heat=system.heat[:1]))
+
+
+@pytest.mark.xfail(strict=True, reason="only the temperature at the origin is looked at")
+def test_no_wall_is_colder_than_nothing() -> None:
+    """T + G.x must be > 0 all along a wall; here it is -4, and most updates are refused."""
+    fluid = sdpd.Fluid(
+        density=1.0,
+        shear_viscosity=20.0,
+        temperature=1.0,
+        boltzmann_constant=1.0,
+        heat_capacity=100.0,
+        thermal_conductivity=500.0,
+        sound_speed=10.0,
+    )
+    falling = sdpd.Isothermal(1.0, (0.0, 0.0, -0.5))
+    with pytest.raises(ValueError, match=r"`walls\[1\].heat`"):
+        sdpd.Scene(
+            fluid=fluid,
+            box=sdpd.Box((7.0, 7.0, 10.0), periodic="xy"),
+            resolution=sdpd.Resolution(spacing=1.0, support=2.65, kernel="lucy"),
+            effects=sdpd.Effects(energy=True, fluctuations=False),
+            walls=(
+                sdpd.Plane(axis="z", at=0.0, fluid="above", heat=falling),
+                sdpd.Plane(axis="z", at=10.0, fluid="below", heat=falling),
+            ),
+        )

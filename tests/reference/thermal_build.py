@@ -119,7 +119,12 @@ def thermal_core(system: ThermalSystem, **options: Any) -> Any:
         "velocities": system.velocities,
         "box": np.where(system.box == NO_EDGE, EDGE, system.box).tolist(),
         "periodic": [bool(edge != NO_EDGE) for edge in system.box],
-        "walls": [numbers(wall, system.dimension) for wall in system.walls],
+        "walls": [
+            (kind, [*values[:-1], float(k in system.slips)])
+            for k, (kind, values) in enumerate(
+                numbers(wall, system.dimension) for wall in system.walls
+            )
+        ],
         "fields": [wall.field for wall in system.walls if isinstance(wall, Shaped)],
         "support": system.support,
         "mass": system.mass,

@@ -93,6 +93,7 @@ class Contact(NamedTuple):
     xi: Vector  # four variates, none without noise
     bath: float | None = None  # temperature of the bath behind an isothermal wall
     walls: tuple[int, ...] = ()
+    rough: bool = True  # is there friction?
 
     @property
     def own(self) -> bool:
@@ -112,6 +113,7 @@ class ThermalSystem(WallSystem):
     exchanges: str = "full"
     bookkeeping: bool = True
     heat: tuple[WallHeat, ...] = ()
+    slips: tuple[int, ...] = ()  # walls on which the fluid slips
 
     @property
     def capacity(self) -> float:
@@ -244,6 +246,7 @@ class ThermalSystem(WallSystem):
                 xi[k].tolist(),
                 bath,
                 link.walls,
+                not any(w in self.slips for w in link.walls),
             )
         return contacts
 
@@ -313,7 +316,7 @@ class Sweep:
 
     def rub(self, contact: Contact) -> None:
         s, own = self.system, contact.own
-        if own and contact.sign < 0.0:
+        if not contact.rough or (own and contact.sign < 0.0):
             return None  # the image of an image moves with its particle
         vi, vj = self.velocities[contact.i], self.velocities[contact.j]
         if own:
