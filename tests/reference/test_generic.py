@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from .test_thermal_walls_against_twin import ADIABATIC, isothermal
 from .thermal_build import thermal_core, thermal_problem
-from .twin.thermal import Accounts, Contact, Sweep, ThermalSystem, WallHeat
+from .twin.thermal import Contact, ThermalSystem, WallHeat
+from .twin.thermal_splitting import Accounts, Sweep
 from .twin.walls import NO_EDGE, Plane
 
 Array = NDArray[np.float64]

@@ -29,7 +29,8 @@ from .thermal_build import (
     thermal_core,
     thermal_problem,
 )
-from .twin.thermal import Accounts, ThermalSystem, thermal_splitting_step
+from .twin.thermal import ThermalSystem
+from .twin.thermal_splitting import Accounts, thermal_splitting_step
 
 Array = NDArray[np.float64]
 

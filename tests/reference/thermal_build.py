@@ -18,7 +18,9 @@ from .build import problem
 from .test_walls_against_twin import EDGE, Geometry, numbers
 from .test_walls_against_twin import problem as wall_problem
 from .twin import System
-from .twin.thermal import Accounts, Caloric, ThermalSystem, WallHeat, thermal_splitting_step
+from .twin.caloric import Caloric
+from .twin.thermal import ThermalSystem, WallHeat
+from .twin.thermal_splitting import Accounts, thermal_splitting_step
 from .twin.walls import NO_EDGE, Shaped
 
 Array = NDArray[np.float64]
