@@ -277,7 +277,13 @@ impl Engine {
         let grid = Grid::new(&cell, dimension, n, 1.0 + margin);
         let mut particles = Particles::new(n, drag);
         let coefficients = [friction.across, friction.along];
-        let blocks = grid.block_count();
+        let counts = [grid.block_count(), walls.surfaces.len()];
+        if settings.thermal.is_some() != (settings.combination.exchanges != "none") {
+            return Err(Error::Invalid(format!(
+                "`thermal` must be given where `exchanges` is not \"none\", and only there, got {:?}",
+                settings.combination.exchanges
+            )));
+        }
         let thermal = match &settings.thermal {
             None => None,
             Some(wish) => Some(Thermal::new(
@@ -285,7 +291,7 @@ impl Engine {
                 &units,
                 coefficients,
                 &mut particles,
-                blocks,
+                counts,
             )?),
         };
         Ok(Self {

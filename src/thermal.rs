@@ -132,6 +132,8 @@ pub struct Thermal {
     pub discarded: Vec<f64>,
     /// Work of the body force, by slot.
     pub input: Vec<f64>,
+    /// Energy of adiabats that stand, as the books would have left none, by slot.
+    pub unbooked: Vec<f64>,
     to_density: f64,
     from_pressure: f64,
     from_specific: f64,
@@ -149,8 +151,14 @@ impl Thermal {
         units: &Units,
         friction: [f64; 2],
         particles: &mut Particles,
-        blocks: usize,
+        [blocks, surfaces]: [usize; 2],
     ) -> Result<Self> {
+        if settings.walls.len() != surfaces {
+            return Err(Error::Invalid(format!(
+                "`thermal.walls` must have {surfaces} entries, one for each wall, got {}",
+                settings.walls.len()
+            )));
+        }
         let (kind, parameters, isotherm) = &settings.eos;
         let eos = caloric::build(kind, parameters, isotherm)?;
         let boltzmann = positive("boltzmann_constant", settings.boltzmann)?;
@@ -193,6 +201,7 @@ impl Thermal {
             refused: vec![0; blocks],
             discarded: vec![0.0; n],
             input: vec![0.0; n],
+            unbooked: vec![0.0; n],
             to_density: units.mass_density(),
             from_pressure: 1.0 / units.pressure(),
             from_specific: 1.0 / (units.velocity * units.velocity),
@@ -297,22 +306,26 @@ impl Thermal {
     /// Replaces the adiabat's energies by those of the books.
     pub fn close(&mut self, particles: &mut Particles) {
         let mut discarded = std::mem::take(&mut self.discarded);
+        let mut unbooked = std::mem::take(&mut self.unbooked);
         let Fields { heat, energy, .. } = self.fields;
         let [heat, energy] = pick(&mut particles.scalars, [heat, energy]);
         heat.par_iter_mut()
             .zip(energy.par_iter())
             .zip(particles.density.par_iter())
             .zip(discarded.par_iter_mut())
+            .zip(unbooked.par_iter_mut())
             .with_min_len(GRAIN)
-            .for_each(|(((heat, &energy), &d), discarded)| {
+            .for_each(|((((heat, &energy), &d), discarded), unbooked)| {
                 let booked = energy - self.cold(d);
                 // Work beyond what a particle has cannot be its own: the adiabat stands.
                 if booked > 0.0 {
                     *discarded += *heat - booked;
                     *heat = booked;
+                } else {
+                    *unbooked += *heat - booked;
                 }
             });
-        self.discarded = discarded;
+        (self.discarded, self.unbooked) = (discarded, unbooked);
     }
 
     /// Sum over particles of what the adiabat alone would have added to the energy.
@@ -320,17 +333,14 @@ impl Thermal {
         sum(&self.discarded)
     }
 
+    /// Energy that has come in where the books would have left a particle none.
+    pub fn unbooked_energy(&self) -> f64 {
+        sum(&self.unbooked)
+    }
+
     /// Work done by the body force.
     pub fn body_work(&self) -> f64 {
         sum(&self.input)
-    }
-
-    /// Adds heat and work by wall, of a sweep over links and own images.
-    pub fn collect(&mut self, tallies: impl Iterator<Item = (usize, [f64; 2])>) {
-        for (wall, [heat, work]) in tallies {
-            self.exchanged[wall][0] += heat;
-            self.exchanged[wall][1] += work;
-        }
     }
 
     /// Refuses a temperature that is not finite and positive: its slot.
@@ -341,13 +351,16 @@ impl Thermal {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        8 * (self.discarded.capacity() + self.input.capacity() + self.refused.capacity())
+        8 * (self.discarded.capacity()
+            + self.unbooked.capacity()
+            + self.input.capacity()
+            + self.refused.capacity())
             + size_of::<Wrench>() * self.exchanged.capacity()
     }
 }
 
 /// Some of the fields at once.
-fn pick<const N: usize>(
+pub(crate) fn pick<const N: usize>(
     scalars: &mut [crate::state::Scalar],
     numbers: [usize; N],
 ) -> [&mut Vec<f64>; N] {

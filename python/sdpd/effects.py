@@ -133,7 +133,9 @@ class Effects:
         state becomes a caloric one with the heat capacity of the fluid.
     viscous_heating : bool, optional
         Friction heats, and its noise takes from the energies what it gives. Off: friction acts
-        against a bath of the local temperature. Derived: on with energy and dissipation.
+        against a bath of the local temperature, which suits heat capacities of many k_B only (the
+        energies then change by the work of the pressure alone, and drift). Derived: on with energy
+        and dissipation.
     conduction : bool, optional
         Heat conduction, with its noise. Derived: on with energy if the fluid has a conductivity.
     variable_transport : bool, optional

@@ -31,8 +31,8 @@ def _without_energy(name: str) -> AttributeError:
 class EnergyAccounts:
     """Energy that a fluid has exchanged, see `Simulation.energy_accounts`.
 
-    The total energy has changed by ``body_work + sum(wall_work) - sum(wall_heat)``, to rounding
-    where the integrator keeps the books.
+    The total energy has changed by ``body_work + sum(wall_work) - sum(wall_heat) + unbooked``, to
+    rounding where the integrator keeps the books.
 
     Attributes
     ----------
@@ -44,6 +44,9 @@ class EnergyAccounts:
         Work that each wall has done on the fluid by moving [energy].
     discarded : float
         What adiabats alone would have added to the energy [energy].
+    unbooked : float
+        What has come in where the work of a step was more than a particle had, and its adiabat
+        stood [energy]: 0 but for temperatures near zero.
     refused : int
         Updates of pairs that would have left a particle without energy and were not made.
     """
@@ -52,6 +55,7 @@ class EnergyAccounts:
     wall_heat: Array
     wall_work: Array
     discarded: float
+    unbooked: float
     refused: int
 
 
@@ -186,8 +190,17 @@ class Particles:
 
     @property
     def potential_energy(self) -> float:
-        """Sum of m e(rho), e the integral of P/rho^2 [energy]; its zero depends on the EOS."""
+        """Sum of m e(rho), e the integral of P/rho^2 [energy]; its zero depends on the EOS.
+
+        Of a fluid without an energy of its own: see `internal_energy`.
+        """
         from sdpd import _core
+
+        if self._scene.active_effects.energy:
+            raise AttributeError(
+                "`potential_energy` is that of an isothermal fluid; this one has an "
+                "`internal_energy`"
+            )
 
         kind, parameters = self._settings["eos"]
         specific = _core.eos_evaluate(kind, list(parameters), self.densities)[2]
@@ -239,6 +252,7 @@ class Particles:
             wall_heat=accounts["walls"][:, 0].copy(),
             wall_work=accounts["walls"][:, 1].copy(),
             discarded=accounts["discarded"],
+            unbooked=accounts["unbooked"],
             refused=accounts["refused"],
         )
 

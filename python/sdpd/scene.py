@@ -160,13 +160,28 @@ class Scene(SceneQuantities):
             expected = "a wall, e.g. sdpd.Plane(axis='z', at=0.0)"
             validation.instance(f"walls[{index}]", wall, Wall, expected)
             wall.check(self.box, f"walls[{index}]")
-            wall.heat.check(self.box, f"walls[{index}].heat")
-            if isinstance(wall.heat, HeatFlux) and math.isnan(self.geometry.area(index)):
-                raise ValueError(
-                    f"`walls[{index}].heat` must not be a HeatFlux where the wall's area in the "
-                    "fluid is not known; use a Polyline, Mesh or LevelSet"
-                )
+            self._check_heat(wall, index)
         self.geometry.check_closed()
+
+    def _check_heat(self, wall: Wall, index: int) -> None:
+        name = f"walls[{index}].heat"
+        wall.heat.check(self.box, name)
+        if isinstance(wall.heat, HeatFlux) and math.isnan(self.geometry.area(index)):
+            raise ValueError(
+                f"`{name}` must not be a HeatFlux where the wall's area in the fluid is not known; "
+                "use a Polyline, Mesh or LevelSet"
+            )
+        if getattr(wall.heat, "gradient", None) is None:
+            return
+        points = wall.points_on(self.box, max(self.box.lengths) / 50.0)
+        found = wall.heat.temperature_at(points, self.fluid.temperature)
+        coldest = int(found.argmin())
+        if found[coldest] <= 0.0:
+            place = ", ".join(f"{x:.4g}" for x in points[coldest])
+            raise ValueError(
+                f"`{name}` must be a temperature > 0 all along the wall, got "
+                f"{found[coldest]:.4g} at ({place})"
+            )
 
     def _check_wall_images(self) -> None:
         """What the core has to say of the walls, and what curved ones lose at this resolution."""

@@ -163,6 +163,17 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
         engine.kick(t);
     }
 
+    /// The error of a particle whose temperature is not finite and positive, if there is one.
+    fn cold(engine: &Engine) -> Option<Error> {
+        let thermal = engine.thermal.as_ref()?;
+        let slot = thermal.check(&engine.particles)?;
+        Some(Error::NotFinite {
+            step: engine.step,
+            id: engine.particles.id[slot],
+            quantity: "temperature",
+        })
+    }
+
     fn advance(&self, engine: &mut Engine, dt: f64) -> Result<()> {
         let started = engine.step;
         self.exchange(engine, 0.5 * dt, started, Direction::Forward);
@@ -198,19 +209,14 @@ impl<X: Exchanges, V: Variate, const D: usize> Integrator for ThermalSplitting<X
 
     fn run(&self, engine: &mut Engine, steps: u64, dt: f64) -> Result<()> {
         for _ in 0..steps {
-            self.advance(engine, dt)?;
+            // A particle without energy makes velocities that are no numbers: say what came first.
+            if let Err(error) = self.advance(engine, dt) {
+                return Err(Self::cold(engine).unwrap_or(error));
+            }
             engine.observe_thermal(dt);
         }
-        let cold = engine
-            .thermal
-            .as_ref()
-            .and_then(|it| it.check(&engine.particles));
-        if let Some(slot) = cold {
-            return Err(Error::NotFinite {
-                step: engine.step,
-                id: engine.particles.id[slot],
-                quantity: "temperature",
-            });
+        if let Some(error) = Self::cold(engine) {
+            return Err(error);
         }
         // What the arrays show belongs together: pressures and forces are those of the energies.
         self.forces(engine);

@@ -98,17 +98,13 @@ pub struct ThermalExchange {
     dimension: f64,
 }
 
-/// Decay of the relative velocity of one pair: what may be computed for many at once.
+/// Decay of the relative velocity of one pair, exp(-lam t) - 1.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FrictionDecay {
-    /// exp(-lam t) - 1 across the line of centres.
+    /// Across the line of centres.
     pub across: f64,
-    /// The same along it.
+    /// Along it.
     pub along: f64,
-    /// sqrt(1 - exp(-2 lam t)) across.
-    pub spread_across: f64,
-    /// The same along.
-    pub spread_along: f64,
 }
 
 /// Decay of the difference of energies of one pair.
@@ -118,6 +114,8 @@ pub struct HeatDecay {
     pub heat: f64,
     /// 1 - q.
     pub spread: f64,
+    /// q - r^2.
+    pub loss: f64,
 }
 
 impl PairThermal {
@@ -138,32 +136,58 @@ impl PairThermal {
     }
 }
 
-/// c of the pair; 0 without noise, where kB plays no part.
+/// y^2 of a pair, y = (E_i - E_j)/(E_i + E_j).
 #[inline(always)]
-fn share(e: [f64; 2], inverse_capacity: f64) -> f64 {
-    let sum = e[0] + e[1];
-    2.0 * e[0] * e[1] / (sum * sum) * inverse_capacity
+fn spread_of(e: [f64; 2]) -> f64 {
+    let y = (e[0] - e[1]) / (e[0] + e[1]);
+    y * y
+}
+
+/// exp(-x) - 1 for x >= 0 that is small nearly always.
+#[inline(always)]
+fn expm1_small(x: f64) -> f64 {
+    if x < 0.03 {
+        let series =
+            1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0))));
+        -x * series
+    } else {
+        expm1_negative(x)
+    }
 }
 
 impl ThermalExchange {
-    /// Decay by friction of a pair of weight g. Of the energies `e` only c depends, which is
-    /// stationary at equal temperatures: they need not be the latest.
+    /// Decay by friction of a pair of weight g at equal temperatures, where c is 1/(2 k): all that
+    /// may be computed before the energies are known.
     #[inline(always)]
-    pub fn friction<X: Exchanges>(&self, g: f64, e: [f64; 2], noise: bool) -> FrictionDecay {
-        let c = if noise && X::HEATING {
-            share(e, self.inverse_capacity)
+    pub fn friction<X: Exchanges>(&self, g: f64, noise: bool) -> FrictionDecay {
+        let weight = if noise && X::HEATING {
+            g * (1.0 - 0.5 * self.inverse_capacity)
         } else {
-            0.0
+            g
         };
-        let weight = g * (1.0 - c);
-        let across = expm1_negative(self.rate_across * weight);
-        let along = expm1_negative(self.rate_along * weight);
-        let root = |m: f64| if noise { (-m * (2.0 + m)).sqrt() } else { 0.0 };
         FrictionDecay {
-            across,
-            along,
-            spread_across: root(across),
-            spread_along: root(along),
+            across: expm1_negative(self.rate_across * weight),
+            along: expm1_negative(self.rate_along * weight),
+        }
+    }
+
+    /// The same at the energies `e`: c = (1 - y^2)/(2 k) is smaller where they differ.
+    #[inline(always)]
+    pub fn at_energies<X: Exchanges>(
+        &self,
+        decay: FrictionDecay,
+        g: f64,
+        e: [f64; 2],
+        noise: bool,
+    ) -> FrictionDecay {
+        if !(noise && X::HEATING) {
+            return decay;
+        }
+        let weight = 0.5 * self.inverse_capacity * spread_of(e) * g;
+        let more = |decay: f64, rate: f64| decay + (1.0 + decay) * expm1_small(rate * weight);
+        FrictionDecay {
+            across: more(decay.across, self.rate_across),
+            along: more(decay.along, self.rate_along),
         }
     }
 
@@ -171,23 +195,28 @@ impl ThermalExchange {
     #[inline(always)]
     pub fn heat(&self, g: f64, noise: bool) -> HeatDecay {
         let th = self.rate_heat * g;
-        HeatDecay {
-            heat: expm1_negative(th),
-            spread: if noise {
-                -expm1_negative(th * (2.0 + self.inverse_capacity))
-            } else {
-                0.0
-            },
+        let heat = expm1_negative(th);
+        let (mut spread, mut loss) = (0.0, 0.0);
+        if noise {
+            spread = -expm1_negative(th * (2.0 + self.inverse_capacity));
+            let kept = 1.0 + heat;
+            loss = kept * kept * expm1_negative(th * self.inverse_capacity);
         }
+        HeatDecay { heat, spread, loss }
     }
 
     /// eta over its value at the reference, for a pair whose relative velocity has the given square:
     /// at the mean of the temperatures, from what the pair's friction leaves as it is, E_i + E_j +
-    /// K (K = u^2/4). With the factor of such an invariant no drift term is due.
+    /// K (K = u^2/4). With the factor of such an invariant no drift term is due. Without noise there
+    /// is none to cancel, and it is the temperature itself.
     #[inline(always)]
-    pub fn viscous_factor(&self, e: [f64; 2], square: f64) -> f64 {
-        let freedom = self.capacity + 0.25 * self.dimension;
-        let mean = (0.5 * (e[0] + e[1]) + 0.125 * square) * self.inverse_reference / freedom;
+    pub fn viscous_factor(&self, e: [f64; 2], square: f64, noise: bool) -> f64 {
+        let (motion, freedom) = if noise {
+            (0.125 * square, self.capacity + 0.25 * self.dimension)
+        } else {
+            (0.0, self.capacity)
+        };
+        let mean = (0.5 * (e[0] + e[1]) + motion) * self.inverse_reference / freedom;
         mean.powf(self.exponents[0])
     }
 
@@ -224,8 +253,7 @@ impl ThermalExchange {
         let r = 1.0 + decay.heat;
         let mut after = r * x;
         if noise {
-            let q = 1.0 - decay.spread;
-            let variance = sum * sum * self.spread * decay.spread + x * x * (q - r * r);
+            let variance = sum * sum * self.spread * decay.spread + x * x * decay.loss;
             after += variance.max(0.0).sqrt() * xi;
         }
         let half = 0.5 * sum;
@@ -248,18 +276,19 @@ impl ThermalExchange {
     ) -> [f64; 3] {
         let mut weight = g;
         if X::VARIABLE {
+            let noise = xi.is_some();
             let square: f64 = u.iter().map(|x| x * x).sum();
-            weight *= if own {
+            weight *= if own && noise {
                 let freedom = self.capacity + 0.5 * self.dimension;
                 let t = (e[0] + 0.5 * square) * self.inverse_reference / freedom;
                 t.powf(self.exponents[0])
             } else {
-                self.viscous_factor(e, square)
+                self.viscous_factor(e, square, noise)
             };
         }
         // The noise of an own image has the temperature of its particle, whatever it does to it.
         if xi.is_some() && X::HEATING && !own {
-            weight *= 1.0 - share(e, self.inverse_capacity);
+            weight *= 1.0 - 0.5 * self.inverse_capacity * (1.0 - spread_of(e));
         }
         let excess = self.rate_along - self.rate_across;
         let rates = [0.0, axes.normal2, axes.tangent2].map(|x| self.rate_across + excess * x);
@@ -399,14 +428,16 @@ mod tests {
             for step in 0..n {
                 let words = SweepKey::new(5, Stream::PairExchange, step, 0).pair_words(0, 1);
                 let xi = Gaussian::draw_four(words);
-                let decays = exchange.friction::<Full>(1.0, e, true);
+                let decays = exchange.friction::<Full>(1.0, true);
+                let decays = exchange.at_energies::<Full>(decays, 1.0, e, true);
+                let root = |m: f64| (-m * (2.0 + m)).sqrt();
                 let width = exchange.width::<Full>(e);
                 let square = |u: [f64; 3]| u.iter().map(|x| x * x).sum::<f64>();
                 // e along the first axis
                 let next = [
-                    u[0] * (1.0 + decays.along) + width * decays.spread_along * xi[0],
-                    u[1] * (1.0 + decays.across) + width * decays.spread_across * xi[1],
-                    u[2] * (1.0 + decays.across) + width * decays.spread_across * xi[2],
+                    u[0] * (1.0 + decays.along) + width * root(decays.along) * xi[0],
+                    u[1] * (1.0 + decays.across) + width * root(decays.across) * xi[1],
+                    u[2] * (1.0 + decays.across) + width * root(decays.across) * xi[2],
                 ];
                 let gain = 0.125 * (square(u) - square(next));
                 if e[0] + gain > 0.0 && e[1] + gain > 0.0 {

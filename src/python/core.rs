@@ -399,6 +399,22 @@ impl Core {
         Ok(table.into_pyarray(py))
     }
 
+    /// Number of pairs of `pair_order` in each round of a sweep; all in one where nothing is shuffled.
+    fn pairs_by_round(&self) -> PyResult<Vec<usize>> {
+        let engine = self.lock()?;
+        let blocks = &engine.list.blocks;
+        if blocks.iter().all(|block| block.shuffled.is_empty()) {
+            return Ok(vec![engine.list.len()]);
+        }
+        let count = |round: usize| {
+            let parts = blocks
+                .iter()
+                .map(|b| (b.rounds[round + 1] - b.rounds[round]) as usize);
+            parts.sum()
+        };
+        Ok((0..ROUNDS).map(count).collect())
+    }
+
     /// The links to images in the order of a forward sweep, (M, 3): rows of both particles and the
     /// label of the kind of image; links in the skin included.
     fn wall_link_order<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
@@ -445,6 +461,7 @@ impl Core {
         let accounts = PyDict::new(py);
         accounts.set_item("discarded", thermal.discarded_energy() * unit)?;
         accounts.set_item("body_work", thermal.body_work() * unit)?;
+        accounts.set_item("unbooked", thermal.unbooked_energy() * unit)?;
         accounts.set_item("refused", thermal.refused.iter().sum::<u64>())?;
         let walls: Vec<f64> = thermal
             .exchanged

@@ -29,7 +29,12 @@ pub fn write<'py>(py: Python<'py>, engine: &Engine) -> PyResult<Bound<'py, PyDic
     }
     if let Some(thermal) = &engine.thermal {
         let refused = thermal.refused.iter().sum::<u64>() as f64;
-        let mut accounts = vec![thermal.discarded_energy(), thermal.body_work(), refused];
+        let mut accounts = vec![
+            thermal.discarded_energy(),
+            thermal.body_work(),
+            thermal.unbooked_energy(),
+            refused,
+        ];
         accounts.extend(thermal.exchanged.iter().flatten());
         state.set_item("accounts", accounts)?;
     }
@@ -132,7 +137,7 @@ impl Parsed {
         let accounts = engine
             .thermal
             .as_ref()
-            .map_or(0, |thermal| 3 + 2 * thermal.exchanged.len());
+            .map_or(0, |thermal| 4 + 2 * thermal.exchanged.len());
         let parsed = Self {
             position: values_of(state, "position", n)?,
             velocity: values_of(state, "velocity", n)?,
@@ -172,12 +177,13 @@ impl Parsed {
         for (number, values) in self.scalars {
             particles.scalars[number].values = values;
         }
-        if let (Some(thermal), [discarded, input, refused, exchanged @ ..]) =
+        if let (Some(thermal), [discarded, input, unbooked, refused, exchanged @ ..]) =
             (&mut engine.thermal, &self.accounts[..])
         {
             for (sums, total) in [
                 (&mut thermal.discarded, discarded),
                 (&mut thermal.input, input),
+                (&mut thermal.unbooked, unbooked),
             ] {
                 sums.fill(0.0);
                 sums[0] = *total;

@@ -56,8 +56,8 @@ struct Lanes {
     low: [u64; CHUNK],
     high: [u64; CHUNK],
     sign: [f64; CHUNK],
-    energy: [[f64; CHUNK]; 2],
-    decays: [[f64; CHUNK]; 6],
+    friction: [[f64; CHUNK]; 2],
+    heat: [[f64; CHUNK]; 3],
     /// Normal variates, and where the momentum exchanged is kept for the tally.
     xi: [[f64; CHUNK]; 4],
     change: [[f64; CHUNK]; 3],
@@ -117,11 +117,6 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             }
             lanes.r2[lane] = r2;
             lanes.weight[lane] = a[3] * b[3];
-            // SAFETY: blocks of one colour share no particle, and the references end here.
-            unsafe {
-                lanes.energy[0][lane] = *self.energy.slot(i);
-                lanes.energy[1][lane] = *self.energy.slot(j);
-            }
             if V::ON {
                 let (p, q) = (self.id[i as usize], self.id[j as usize]);
                 [lanes.low[lane], lanes.high[lane]] = pair_counter(p, q);
@@ -154,36 +149,34 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         }
         if X::FRICTION && !X::VARIABLE {
             for k in 0..padded(count) {
-                let e = [lanes.energy[0][k], lanes.energy[1][k]];
-                let d = self.exchange.friction::<X>(lanes.weight[k], e, V::ON);
-                lanes.decays[0][k] = d.across;
-                lanes.decays[1][k] = d.along;
-                lanes.decays[2][k] = d.spread_across;
-                lanes.decays[3][k] = d.spread_along;
+                let d = self.exchange.friction::<X>(lanes.weight[k], V::ON);
+                lanes.friction[0][k] = d.across;
+                lanes.friction[1][k] = d.along;
             }
         }
         if X::CONDUCTION && !X::VARIABLE {
             for k in 0..padded(count) {
                 let d = self.exchange.heat(lanes.weight[k], V::ON);
-                lanes.decays[4][k] = d.heat;
-                lanes.decays[5][k] = d.spread;
+                lanes.heat[0][k] = d.heat;
+                lanes.heat[1][k] = d.spread;
+                lanes.heat[2][k] = d.loss;
             }
         }
     }
 
     #[inline(always)]
     fn friction_decay(&self, lanes: &Lanes, k: usize, e: [f64; 2], square: f64) -> FrictionDecay {
-        if X::VARIABLE {
-            let g = lanes.weight[k] * self.exchange.viscous_factor(e, square);
-            return self.exchange.friction::<X>(g, e, V::ON);
-        }
-        let d = &lanes.decays;
-        FrictionDecay {
-            across: d[0][k],
-            along: d[1][k],
-            spread_across: d[2][k],
-            spread_along: d[3][k],
-        }
+        let mut g = lanes.weight[k];
+        let early = if X::VARIABLE {
+            g *= self.exchange.viscous_factor(e, square, V::ON);
+            self.exchange.friction::<X>(g, V::ON)
+        } else {
+            FrictionDecay {
+                across: lanes.friction[0][k],
+                along: lanes.friction[1][k],
+            }
+        };
+        self.exchange.at_energies::<X>(early, g, e, V::ON)
     }
 
     #[inline(always)]
@@ -193,8 +186,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             return self.exchange.heat(g, V::ON);
         }
         HeatDecay {
-            heat: lanes.decays[4][k],
-            spread: lanes.decays[5][k],
+            heat: lanes.heat[0][k],
+            spread: lanes.heat[1][k],
+            loss: lanes.heat[2][k],
         }
     }
 
@@ -223,12 +217,14 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         let (mut strength, mut excess) = (0.0, 0.0);
         if V::ON {
             let width = 0.5 * self.exchange.width::<X>(e);
-            strength = width * d.spread_across;
+            let root = |m: f64| (-m * (2.0 + m)).sqrt();
+            let [spread_across, spread_along] = [root(d.across), root(d.along)];
+            strength = width * spread_across;
             let mut projected = 0.0;
             for a in 0..D {
                 projected += lanes.r[a][k] * lanes.xi[a][k];
             }
-            excess = width * (d.spread_along - d.spread_across) * inverse * projected;
+            excess = width * (spread_along - spread_across) * inverse * projected;
         }
         let (mut dv, mut work) = ([0.0; 3], 0.0);
         for a in 0..D {
@@ -361,8 +357,8 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ThermalTask<'_, X, V, D>
             low: [0; CHUNK],
             high: [0; CHUNK],
             sign: zero,
-            energy: [[1.0; CHUNK]; 2],
-            decays: [zero; 6],
+            friction: [zero; 2],
+            heat: [zero; 3],
             xi: [zero; 4],
             change: [zero; 3],
         };
@@ -418,6 +414,10 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
     let sums = tally.as_deref_mut().map(Tally::begin);
     let mut along = WallRounds::begin(walls);
     let backward = sweep.direction == Direction::Backward;
+    // Given heat comes last, and backward first.
+    if let (true, Some(along)) = (backward, &along) {
+        along.heat_by_flux(particles, walls, thermal, sweep);
+    }
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
         // Walls after the pairs, and backward before them: a step is the same from both ends.
@@ -432,7 +432,10 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
         }
     }
     if let Some(along) = along {
-        along.finish(particles, walls, thermal, sweep.time);
+        if !backward {
+            along.heat_by_flux(particles, walls, thermal, sweep);
+        }
+        along.finish(walls, thermal);
     }
     if let Some(tally) = tally {
         tally.keep_exchange();

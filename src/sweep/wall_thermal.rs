@@ -14,7 +14,7 @@ use crate::neighbor::{Grid, ROUNDS};
 use crate::physics::{Exchanges, ThermalExchange};
 use crate::random::{SweepKey, Variate, fmix64, pair_counter};
 use crate::state::Particles;
-use crate::thermal::{Thermal, WallHeat};
+use crate::thermal::{Thermal, WallHeat, pick};
 use crate::wall::{BlockLinks, OwnImages, View, Walls, Wrench};
 
 /// Adds to the field `work` the sums that belong to images: the change of the density of each end
@@ -277,12 +277,19 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
         if !backward {
             self.conduction(view, &xi, &mut dealt);
         }
-        let part = 1.0 / self.scenery.image(view).order as f64;
-        for (one, _) in self.scenery.ends(view) {
-            let sums = &mut energies[one.wall as usize];
-            sums[0] += part * dealt.heat;
-            sums[1] += part * dealt.work;
-            sums[2] += part * dealt.refused as f64;
+        // Work goes to all walls of the image in equal parts, heat to the baths among them.
+        let walls = || self.scenery.ends(view).map(|(one, _)| one.wall as usize);
+        let bath = |&wall: &usize| matches!(self.heat[wall], WallHeat::Isothermal { .. });
+        let baths = walls().filter(bath).count();
+        for wall in walls() {
+            let sums = &mut energies[wall];
+            if bath(&wall) {
+                sums[0] += dealt.heat / baths as f64;
+            }
+            sums[1] += dealt.work / self.scenery.image(view).order as f64;
+        }
+        if let Some(first) = walls().next() {
+            energies[first][2] += dealt.refused as f64;
         }
     }
 }
@@ -364,14 +371,8 @@ impl WallRounds {
         }
     }
 
-    /// Adds up, and gives the links back; `t` is the time of the sweep.
-    pub fn finish(
-        self,
-        particles: &mut Particles,
-        walls: &mut Walls,
-        thermal: &mut Thermal,
-        t: f64,
-    ) {
+    /// Adds up, and gives the links back.
+    pub fn finish(self, walls: &mut Walls, thermal: &mut Thermal) {
         let blocks = self.links.iter().filter(|block| !block.links.is_empty());
         let energies = blocks
             .map(|block| &block.energies)
@@ -387,33 +388,60 @@ impl WallRounds {
         collect(&mut impulse, &self.links, &self.tasks);
         walls.impulse = impulse;
         (walls.links, walls.tasks) = (self.links, self.tasks);
-        heat_by_flux(particles, walls, thermal, t);
     }
-}
 
-/// The given power of a wall goes to the particles next to it, each in proportion to its volume and
-/// to the share of its kernel that the wall cuts off.
-fn heat_by_flux(particles: &mut Particles, walls: &Walls, thermal: &mut Thermal, t: f64) {
-    let heat = &mut particles.scalars[thermal.fields.heat].values;
-    for (wall, condition) in thermal.walls.iter().enumerate() {
-        let WallHeat::Flux { power } = *condition else {
-            continue;
-        };
-        let of_wall = || {
-            let sites = walls.sites.iter();
-            sites.filter(move |site| site.wall as usize == wall && site.foot.distance < 1.0)
-        };
-        // (1 - phi^2)^2 has the shape of a kernel integrated over a plane, near enough.
-        let share = |site: &crate::wall::Site| {
-            let phi = site.foot.distance.max(0.0);
-            (1.0 - phi * phi).powi(2) / particles.density[site.slot as usize]
-        };
-        let total: f64 = of_wall().map(share).sum();
-        if total > 0.0 {
-            for site in of_wall() {
-                heat[site.slot as usize] += power * t * share(site) / total;
+    /// The given power of a wall goes to the particles next to it, in proportion to what their
+    /// images lack to continue a gradient: sum_J g_iJ phi_j, with which a linear temperature is
+    /// steady up to the wall.
+    pub fn heat_by_flux(
+        &self,
+        particles: &mut Particles,
+        walls: &Walls,
+        thermal: &mut Thermal,
+        sweep: &ThermalSweep<'_>,
+    ) {
+        let scenery = Scenery::of(walls);
+        let Thermal {
+            walls: conditions,
+            fields,
+            exchanged,
+            ..
+        } = thermal;
+        let Particles {
+            scalars, position, ..
+        } = particles;
+        for (wall, condition) in conditions.iter().enumerate() {
+            let WallHeat::Flux { power } = *condition else {
+                continue;
+            };
+            let shares = &mut scalars[fields.work].values;
+            shares.fill(0.0);
+            let blocks = self.links.iter().flat_map(|block| &block.views);
+            for view in blocks.chain(self.tasks.iter().flat_map(|task| &task.views)) {
+                let [i, j] = view.link.slots.map(|slot| slot as usize);
+                if scenery.image(view).order > 1 {
+                    continue;
+                }
+                let product = position[i][3] * position[j][3];
+                let g = view.weight * (sweep.slope)(view.distance) * (product * product);
+                for (one, other) in scenery.ends(view) {
+                    if one.wall as usize == wall {
+                        shares[i] += g * other.foot.distance.max(0.0);
+                        if i != j {
+                            shares[j] += g * one.foot.distance.max(0.0);
+                        }
+                    }
+                }
             }
-            thermal.exchanged[wall][0] -= power * t;
+            let total: f64 = shares.iter().sum();
+            if total > 0.0 {
+                let given = power * sweep.time;
+                let [shares, heat] = pick(scalars, [fields.work, fields.heat]);
+                for (heat, share) in heat.iter_mut().zip(shares) {
+                    *heat += given * *share / total;
+                }
+                exchanged[wall][0] -= given;
+            }
         }
     }
 }

@@ -161,10 +161,11 @@ def thermal_core(system: ThermalSystem, **options: Any) -> Any:
     return Core(**{**arguments, **options})
 
 
-def orders(sim: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs and links of the core in the order of a forward sweep."""
+def orders(sim: Any) -> tuple[list[NDArray[np.int64]], NDArray[np.int64]]:
+    """Pairs round by round, and links, of the core in the order of a forward sweep."""
     pairs = np.asarray(sim.pair_order(), dtype=np.int64).reshape(-1, 2)
-    return pairs, np.asarray(sim.wall_link_order(), dtype=np.int64).reshape(-1, 3)
+    rounds = np.split(pairs, np.cumsum(sim.pairs_by_round())[:-1])
+    return rounds, np.asarray(sim.wall_link_order(), dtype=np.int64).reshape(-1, 3)
 
 
 def advanced(

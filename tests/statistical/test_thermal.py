@@ -46,7 +46,7 @@ def judge(rows: np.ndarray, exact: np.ndarray, largest_error: list[float]) -> No
 
 FEW = {
     # dimension, N, k, support [dx], viscosity, exponent of transport, samples
-    "8 in the plane": (2, 8, 5.0, 1.4, 1.0, 0.0, 200),
+    "8 in the plane": (2, 8, 5.0, 1.4, 1.0, 0.0, 300),
     "27": (3, 27, 6.0, 1.5, 2.0, 0.0, 150),
     "27 with eta(T), kappa(T)": (3, 27, 4.0, 1.5, 2.0, 0.7, 150),
     "100 in the plane": (2, 100, 8.0, 2.4, 5.0, 0.0, 100),

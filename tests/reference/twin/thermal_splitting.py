@@ -18,6 +18,9 @@ from .system import Indices
 from .thermal import Contact, ThermalSystem
 
 Array = NDArray[np.float64]
+Orders = tuple[list[Indices], Indices]  # pairs of each round, links
+
+ROUNDS = 8  # in which pairs and links have their turns
 
 
 @dataclass
@@ -68,15 +71,20 @@ class Sweep:
         return 2.0 * ti * tj / (ti + tj) ** 2 * s.boltzmann_constant / s.capacity
 
     def viscosity_factor(self, contact: Contact, kinetic: float) -> float:
-        """phi at an invariant of the exchange: E_i + K/2 of a pair, E_i + K of an own image."""
+        """phi at an invariant of the exchange: (E_i + E_j + K)/2 of a pair, E + K of an own image.
+
+        Without noise k_B plays no part, and it is the mean temperature itself.
+        """
         s = self.system
         if not s.exchanges.endswith("variable"):
             return 1.0
         part = 1.0 if contact.own else 0.5
+        mean = 0.5 * (self.heat[contact.i] + self.heat[contact.j])
         freedom = 0.5 * part * s.dimension * s.boltzmann_constant
+        if not s.noisy:
+            part = freedom = 0.0
         scale = s.reference_temperature * (s.capacity + freedom)
-        ends = (self.heat[contact.i], self.heat[contact.j])
-        return sum(0.5 * math.pow((e + part * kinetic) / scale, s.exponents[0]) for e in ends)
+        return math.pow((mean + part * kinetic) / scale, s.exponents[0])
 
     def rub(self, contact: Contact) -> None:
         s, own = self.system, contact.own
@@ -213,14 +221,21 @@ class Sweep:
             self.accounts.wall_heat[wall] += (y - after) / len(baths)
         return None
 
-    def heat_by_flux(self) -> None:
-        """A given power, in proportion to (1 - phi^2/h^2)^2 and to the volume of the particles."""
+    def heat_by_flux(self, contacts: Sequence[Contact]) -> None:
+        """A given power, in proportion to sum_J g_iJ phi_j over the images behind that wall.
+
+        It is what the images of a gradient would give, over those of an adiabatic wall.
+        """
         s = self.system
         for wall, (kind, numbers) in enumerate(s.heat):
             if kind != "flux":
                 continue
-            q = np.minimum(s.stands[wall].distance / s.support, 1.0)
-            share = (1.0 - q**2) ** 2 / s.number_densities
+            share, phi = np.zeros(s.size), s.stands[wall].distance
+            for contact in contacts:
+                if contact.walls == (wall,):
+                    share[contact.i] += contact.g * phi[contact.j]
+                    if not contact.own:
+                        share[contact.j] += contact.g * phi[contact.i]
             energy = numbers[0] * self.time
             self.heat = (np.array(self.heat) + energy * share / share.sum()).tolist()
             self.accounts.wall_heat[wall] -= energy
@@ -228,23 +243,46 @@ class Sweep:
 
 def exchanged(
     system: ThermalSystem,
-    order: tuple[Indices, Indices],
+    order: Orders,
     step: int,
     half: int,
     accounts: Accounts,
 ) -> ThermalSystem:
-    """Half a step of exchanges; `order` holds pairs (M, 2) and links (i, j, label) as listed.
+    """Half a step of exchanges; `order` holds the pairs (M, 2) of each round and all links.
 
-    Walls come after the pairs in the first half; the second half is the first from its end.
+    In each round walls come after the pairs, and given heat at the end; the second half is the
+    first from its end. Links are (i, j, label).
     """
     sweep = Sweep(system, 0.5 * system.dt, accounts)
-    pairs = system.direct_contacts(order[0], step, half)
     walls = system.wall_contacts(order[1], step, half)
-    for contacts in (walls, pairs) if half else (pairs, walls):
-        sweep.run(contacts, backward=bool(half))
-        if contacts is walls:
-            sweep.heat_by_flux()
+    ids = system.particle_ids
+    turns = [wall_round(int(ids[c.i]), int(ids[c.j])) for c in walls]
+    if half:
+        sweep.heat_by_flux(walls)
+    for number in reversed(range(ROUNDS)) if half else range(ROUNDS):
+        listed = order[0][number] if number < len(order[0]) else np.zeros((0, 2), dtype=np.int64)
+        pairs = system.direct_contacts(listed, step, half)
+        links = [c for c, turn in zip(walls, turns, strict=True) if turn == number]
+        for contacts in (links, pairs) if half else (pairs, links):
+            sweep.run(contacts, backward=bool(half))
+    if not half:
+        sweep.heat_by_flux(walls)
     return sweep.end()
+
+
+def wall_round(a: int, b: int) -> int:
+    """The round in which a link between particles of those ids has its turn."""
+    return fmix64(fmix64(min(a, b)) ^ max(a, b)) % ROUNDS
+
+
+def fmix64(word: int) -> int:
+    """Finaliser of MurmurHash3 (Appleby)."""
+    full = 2**64 - 1
+    word ^= word >> 33
+    word = word * 0xFF51AFD7ED558CCD & full
+    word ^= word >> 33
+    word = word * 0xC4CEB9FE1A85EC53 & full
+    return word ^ (word >> 33)
 
 
 def kicked(system: ThermalSystem, accounts: Accounts) -> tuple[ThermalSystem, Array]:
@@ -281,8 +319,8 @@ def drifted(system: ThermalSystem, accounts: Accounts) -> ThermalSystem:
 def thermal_splitting_step(
     system: ThermalSystem,
     step: int,
-    forward: tuple[Indices, Indices],
-    backward: tuple[Indices, Indices],
+    forward: Orders,
+    backward: Orders,
     accounts: Accounts | None = None,
 ) -> ThermalSystem:
     """One step; `forward` and `backward` are the orders (pairs, links) listed before and after."""
