@@ -57,10 +57,21 @@ _KINDS = {
     "force": _Kind("kJ mol-1 nm-1", _AVOGADRO * 1e-12, 1),
     "density": _Kind("kg m-3", 1.0, 0),
     "pressure": _Kind("Pa", 1.0, 0),
+    "temperature": _Kind("K", 1.0, 0),
     "time": _Kind("ps", 1e12, 0),
 }
 # /observables: name -> unit in the SI.
-_OBSERVABLES = {"temperature": "K", "potential_energy": "J", "kinetic_energy": "J"}
+_OBSERVABLES = {
+    "temperature": "K",
+    "potential_energy": "J",
+    "internal_energy": "J",
+    "kinetic_energy": "J",
+}
+
+
+def _observables(sim: Simulation) -> list[str]:
+    absent = "potential_energy" if sim.scene.active_effects.energy else "internal_energy"
+    return [name for name in _OBSERVABLES if name != absent]
 
 
 class Trajectory(Observer):
@@ -74,7 +85,8 @@ class Trajectory(Observer):
         Steps between frames; that of the run if None. The first frame is the state in which the
         first run begins, if its step is a multiple.
     velocities, forces, densities, pressures : bool
-        What to store beside positions and images.
+        What to store beside positions and images (and, of a fluid with an energy, the temperatures
+        of the particles).
     precision : {"float32", "float64"}
         Of positions, velocities and forces. In single precision positions are good to 6e-8 of the
         box.
@@ -200,6 +212,8 @@ class Trajectory(Observer):
         notes.attrs["dimension"] = scene.dimension
         notes.attrs["si"] = scene.fluid.is_si
         self._si = scene.fluid.is_si
+        if scene.active_effects.energy:
+            self._stored = (*self._stored, "temperature")
         group = file.create_group(GROUP)
         for name in self._stored:
             self._create_element(group, name, sim)
@@ -273,9 +287,9 @@ class Trajectory(Observer):
 
     def _create_observables(self, sim: Simulation) -> None:
         observables = self._file.create_group("observables")
-        for name, unit in _OBSERVABLES.items():
+        for name in _observables(sim):
             element = observables.create_group(name)
-            self._label(self._dataset(element, "value", (), np.float64), unit)
+            self._label(self._dataset(element, "value", (), np.float64), _OBSERVABLES[name])
             self._share_steps(element)
         # MDAnalysis shows what is below /observables in ts.data
         for name in ("density", "pressure"):
@@ -288,7 +302,8 @@ class Trajectory(Observer):
         """Every group with step, time and value, once."""
         group, observables = self._file[GROUP], self._file["observables"]
         elements = [group[name] for name in (*self._stored, "image")]
-        return [*elements, group["box/edges"], *(observables[name] for name in _OBSERVABLES)]
+        present = [observables[name] for name in _OBSERVABLES if name in observables]
+        return [*elements, group["box/edges"], *present]
 
     def _trim(self, step: int) -> None:
         """Cut off what an interrupted frame left, and frames later than a restored simulation."""
@@ -310,13 +325,15 @@ class Trajectory(Observer):
             "density": sim.densities,
             "pressure": sim.pressures,
         }
+        if "temperature" in self._stored:
+            sources["temperature"] = sim.temperatures
         for name in self._stored:
             self._append(group[name]["value"], _three(sources[name] * self._worth(name)))
         self._append(group["image/value"], _three(sim.images))
         edges = np.full(3, scene.spacing)
         edges[: scene.dimension] = scene.box.lengths
         self._append(group["box/edges/value"], edges * self._worth("position"))
-        for name in _OBSERVABLES:
+        for name in _observables(sim):
             self._append(self._file[f"observables/{name}/value"], getattr(sim, name))
         # step and time come last: a frame without them does not count
         self._append(group["position/time"], sim.time * self._worth("time"))
@@ -361,6 +378,8 @@ class Frames:
         [length/time], [mass length/time^2].
     densities, pressures : ndarray, shape (T, N), or None
         [mass/length^D], [energy/length^D].
+    temperatures : ndarray, shape (T, N), or None
+        Of particles with an energy [temperature].
     mass : ndarray, shape (N,)
         [mass].
     scene : str
@@ -378,6 +397,7 @@ class Frames:
     pressures: Array | None
     mass: Array
     scene: str
+    temperatures: Array | None = None
 
     def __len__(self) -> int:
         return len(self.step)
@@ -471,4 +491,5 @@ def read(path: str | os.PathLike[str]) -> Frames:
             pressures=values("pressure"),
             mass=group["mass"][:] / (_AVOGADRO * 1e3 if si else 1.0),
             scene=_read_scene(file["parameters/sdpd"]),
+            temperatures=values("temperature"),
         )

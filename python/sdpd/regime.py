@@ -174,7 +174,7 @@ def _flow_rows(scene: Scene) -> list[RegimeRow]:
         ),
     ]
     if fluid.thermal_conductivity is not None:
-        conductivity = fluid.thermal_conductivity
+        conductivity, energy = fluid.thermal_conductivity, scene.active_effects.energy
         rows.append(
             _flow_row(
                 "viscous heating",
@@ -183,9 +183,10 @@ def _flow_rows(scene: Scene) -> list[RegimeRow]:
                 lambda v: fluid.shear_viscosity * v**2 / (8.0 * conductivity * fluid.temperature),
                 lambda rise: _graded(
                     rise,
-                    (1e-3, "isothermal is right"),
+                    (1e-3, "the flow hardly heats itself" if energy else "isothermal is right"),
                     (1e-2, "the flow heats itself a little"),
-                    beyond="the flow heats itself: an isothermal model is wrong",
+                    beyond="the flow heats itself"
+                    + ("" if energy else ": an isothermal model is wrong"),
                 ),
             )
         )

@@ -567,9 +567,23 @@ class Simulation(Particles):
             ("time step", f"{dt}, {bound}"),
             ("effects", str(self._scene.active_effects)),
             ("kinetic", f"temperature {temperature}"),
+            *self._thermal_rows(si),
             ("seed", f"{self.seed}, {self._threads} thread{'s' * (self._threads > 1)}"),
         ]
         return "sdpd simulation\n" + table([[f"  {name}", text] for name, text in rows])
+
+    def _thermal_rows(self, si: bool) -> list[tuple[str, str]]:
+        if not self._scene.active_effects.energy:
+            return []
+        low, mean, high = (
+            quantity(float(value), "K", si=si)
+            for value in (
+                self.temperatures.min(),
+                self.temperatures.mean(),
+                self.temperatures.max(),
+            )
+        )
+        return [("internal", f"temperature {mean} in the mean, {low} to {high}")]
 
 
 def _restored(

@@ -1,25 +1,39 @@
 //! Force and torque of the fluid on each wall, as means over the time between samples: momentum that
-//! walls have received, all of it, so that the momentum of the fluid changes by just that.
+//! walls have received, all of it, so that the momentum of the fluid changes by just that. Of a fluid
+//! with an energy also the heat that each wall receives, and the work that it does.
 
 use super::{Observer, View};
 use crate::wall::Wrench;
 
-/// One row per sample: step, time, and six numbers for each wall.
+/// What walls have received up to a time: momenta, and heat and work where there are any.
+#[derive(Clone)]
+struct Received {
+    time: f64,
+    impulse: Vec<Wrench>,
+    energy: Vec<[f64; 2]>,
+}
+
+/// One row per sample: step, time, and six numbers for each wall, eight where there is an energy.
 pub struct WallForces {
     every: u64,
     width: usize,
     rows: Vec<f64>,
-    since: (f64, Vec<Wrench>),
-    begun: (usize, (f64, Vec<Wrench>)),
+    since: Received,
+    begun: (usize, Received),
 }
 
 impl WallForces {
-    /// Sampled every so many steps, from a time [user] and impulses [reduced] on.
-    pub fn new(every: u64, time: f64, impulse: &[Wrench]) -> Self {
-        let since = (time, impulse.to_vec());
+    /// Sampled every so many steps, from a time [user], impulses and energies [reduced] on; no
+    /// energies where the fluid has none.
+    pub fn new(every: u64, time: f64, impulse: &[Wrench], energy: &[[f64; 2]]) -> Self {
+        let since = Received {
+            time,
+            impulse: impulse.to_vec(),
+            energy: energy.to_vec(),
+        };
         Self {
             every: every.max(1),
-            width: 2 + 6 * impulse.len(),
+            width: 2 + 6 * impulse.len() + 2 * energy.len(),
             rows: Vec::new(),
             begun: (0, since.clone()),
             since,
@@ -48,15 +62,25 @@ impl Observer for WallForces {
 
     fn sample(&mut self, view: &View) {
         let units = view.units;
-        let elapsed = (view.time - self.since.0) / units.time();
+        let elapsed = (view.time - self.since.time) / units.time();
         self.rows.extend([view.step as f64, view.time]);
-        for (now, before) in view.walls.impulse.iter().zip(&self.since.1) {
+        for (wall, now) in view.walls.impulse.iter().enumerate() {
+            let before = &self.since.impulse[wall];
             for a in 0..6 {
                 let unit = if a < 3 { units.force() } else { units.energy() };
                 self.rows.push((now[a] - before[a]) / elapsed * unit);
             }
+            if let (Some(thermal), Some(before)) = (view.thermal, self.since.energy.get(wall)) {
+                let unit = units.energy() / units.time();
+                for (now, before) in thermal.exchanged[wall].iter().zip(before) {
+                    self.rows.push((now - before) / elapsed * unit);
+                }
+            }
         }
-        self.since.0 = view.time;
-        self.since.1.copy_from_slice(&view.walls.impulse);
+        self.since.time = view.time;
+        self.since.impulse.copy_from_slice(&view.walls.impulse);
+        if let Some(thermal) = view.thermal {
+            self.since.energy.copy_from_slice(&thermal.exchanged);
+        }
     }
 }

@@ -268,7 +268,8 @@ pub struct WallForcesHandle {
 
 #[pymethods]
 impl WallForcesHandle {
-    /// (samples, 2 + 6 walls): step, time, force and torque on each wall, in the user's units.
+    /// (samples, 2 + 6 walls): step, time, force and torque on each wall, in the user's units; two
+    /// more for each wall of a fluid with an energy, heat received and work done per time.
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         rows_of(py, lock(&self.shared).rows())
     }
@@ -291,7 +292,8 @@ impl ProfileHandle {
 
 impl WallForcesHandle {
     pub(super) fn attach(engine: &mut Engine, every: u64) -> Self {
-        let observer = WallForces::new(every, engine.time(), &engine.walls.impulse);
+        let energy = engine.thermal.as_ref().map_or(&[][..], |it| &it.exchanged);
+        let observer = WallForces::new(every, engine.time(), &engine.walls.impulse, energy);
         let shared = Arc::new(Mutex::new(observer));
         engine.attach(shared.clone());
         Self { shared }

@@ -258,6 +258,25 @@ def test_time_series_and_profiles_know_temperatures() -> None:
         profile.series("entropy")
 
 
+def test_wall_forces_know_heat_and_work() -> None:
+    made = slab(sdpd.Isothermal(0.9), sdpd.Isothermal(1.1), speed=1.0)
+    sim = sdpd.Simulation(made, seed=1)
+    forces = sdpd.WallForces(every=5)
+    sim.run(steps=20, observe=forces)
+    accounts = sim.energy_accounts()
+    assert forces.heat.shape == (4, 2)
+    assert forces.heat.mean(axis=0) * sim.time == pytest.approx(accounts.wall_heat)
+    assert forces.work.mean(axis=0) * sim.time == pytest.approx(accounts.wall_work)
+    assert forces.heat_flux == pytest.approx(forces.heat / 36.0)
+    assert forces.torque.shape == (4, 2, 3)
+    assert "internal     temperature" in str(sim)
+    plain = slab(sdpd.Isothermal(), sdpd.Isothermal()).replace(effects=sdpd.Effects())
+    other, still = sdpd.Simulation(plain, seed=1), sdpd.WallForces()
+    other.run(steps=2, observe=still)
+    with pytest.raises(AttributeError, match="fluid with an energy"):
+        still.heat  # noqa: B018
+
+
 def test_boundary_particles_have_the_temperature_of_the_wall() -> None:
     made = scene(
         box=sdpd.Box((8.0, 8.0, 8.0), periodic="y"),
@@ -517,3 +536,20 @@ def test_entropy_never_falls_without_noise() -> None:
     # the books cost the adiabat its exactness: allow for that, far below what is gained
     assert np.diff(entropies).min() > -1e-6 * gained
     assert np.ptp(energies) < 1e-12 * energies[0]
+
+
+def test_a_scene_with_an_energy_runs_from_the_command_line(tmp_path, capsys) -> None:
+    pytest.importorskip("h5py")
+    from sdpd.cli import main
+
+    options = ["--steps", "4", "--every", "2", "--no-progress", "-o", str(tmp_path)]
+    assert main(["run", "thermal_couette", *options]) == 0
+    frames = sdpd.h5md.read(tmp_path / "trajectory.h5md")
+    made = sdpd.scenes.load("thermal_couette")
+    assert frames.temperatures is not None and frames.temperatures.shape == (3, made.n_particles)
+    assert frames.temperatures[0] == pytest.approx(300.0)
+    header = (tmp_path / "thermodynamics.csv").read_text().splitlines()[0]
+    assert "internal_energy [J]" in header and "internal_temperature [K]" in header
+    assert (tmp_path / "wall_forces.csv").exists()
+    assert main(["regime", "thermal_couette"]) == 0
+    assert "the flow hardly heats itself" in capsys.readouterr().out

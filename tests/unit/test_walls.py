@@ -321,7 +321,7 @@ def test_bad_files():
 
 
 def test_ready_scenes():
-    assert {"couette", "cylinder", "poiseuille"} <= set(sdpd.scenes.names())
+    assert {"couette", "cylinder", "poiseuille", "thermal_couette"} <= set(sdpd.scenes.names())
     for name in sdpd.scenes.names():
         # the cylinder needs a long support, of which its file speaks
         expected = pytest.warns(sdpd.ResolutionWarning, match="longer than a fifth")

@@ -19,7 +19,7 @@ __all__ = ["WallForces"]
 
 
 class WallForces(LoopObserver):
-    """Mean force and torque on each wall between samples.
+    """Mean force and torque on each wall between samples, and the heat that it receives.
 
     The force is all momentum that a wall has received since the sample before, over the time
     between: pressure, friction, noise and bounces. The momentum of the fluid changes by just that,
@@ -56,6 +56,7 @@ class WallForces(LoopObserver):
     def __init__(self, *, every: int | None = None) -> None:
         super().__init__(every=every)
         self._dimension = 0
+        self._energy = False
         self._areas: list[float] = []
 
     def check(self, sim: Simulation, every: int, dt: float) -> None:
@@ -66,6 +67,7 @@ class WallForces(LoopObserver):
 
     def _attach(self, sim: Simulation, every: int) -> Any:
         self._dimension = sim.scene.dimension
+        self._energy = sim.scene.active_effects.energy
         self._areas = [sim.scene.geometry.area(index) for index in range(len(sim.scene.walls))]
         return sim._core.attach_wall_forces(every)
 
@@ -78,7 +80,12 @@ class WallForces(LoopObserver):
 
     def _table(self) -> Array:
         tables = self._tables()
-        return np.concatenate(tables) if tables else np.zeros((0, 2 + 6 * len(self._areas)))
+        width = 2 + self._columns * len(self._areas)
+        return np.concatenate(tables) if tables else np.zeros((0, width))
+
+    @property
+    def _columns(self) -> int:
+        return 8 if self._energy else 6
 
     @property
     def step(self) -> NDArray[np.int64]:
@@ -92,7 +99,7 @@ class WallForces(LoopObserver):
 
     def _wrenches(self) -> Array:
         table = self._table()
-        return table[:, 2:].reshape(len(table), len(self._areas), 6)
+        return table[:, 2:].reshape(len(table), len(self._areas), self._columns)
 
     @property
     def force(self) -> Array:
@@ -106,7 +113,30 @@ class WallForces(LoopObserver):
         In two dimensions its third component. Of a cylinder only the one along its axis has a
         meaning.
         """
-        return np.asarray(self._wrenches()[:, :, 3:])
+        return np.asarray(self._wrenches()[:, :, 3:6])
+
+    @property
+    def heat(self) -> Array:
+        """Heat that each wall receives of a fluid with an energy, (T, walls) [energy/time]."""
+        return self._energies(6)
+
+    @property
+    def work(self) -> Array:
+        """Work that each wall does on such a fluid by moving, (T, walls) [energy/time]."""
+        return self._energies(7)
+
+    @property
+    def heat_flux(self) -> Array:
+        """Heat over the area of each wall in the box, (T, walls) [energy/(time length^(D-1))]."""
+        return np.asarray(self.heat / np.asarray(self._areas))
+
+    def _energies(self, column: int) -> Array:
+        if not self._energy:
+            raise AttributeError(
+                "heat and work are those of a fluid with an energy: make the scene with "
+                "effects=sdpd.Effects(energy=True)"
+            )
+        return np.asarray(self._wrenches()[:, :, column])
 
     @property
     def stress(self) -> Array:
@@ -118,11 +148,12 @@ class WallForces(LoopObserver):
         return np.asarray(self.force / np.asarray(self._areas)[:, None])
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write all samples as CSV: step, time, and force and torque by wall."""
+        """Write all samples as CSV: step, time, and force and torque by wall (heat and work)."""
         walls = len(self._areas)
         names = ["step", "time"]
         for k in range(walls):
             names += [f"force_{axis}_{k}" for axis in AXES] + [f"torque_{a}_{k}" for a in AXES]
+            names += [f"heat_{k}", f"work_{k}"] if self._energy else []
         np.savetxt(path, self._table(), delimiter=",", header=",".join(names), comments="")
 
     def __len__(self) -> int:
