@@ -17,7 +17,7 @@ use crate::state::Particles;
 use crate::sweep::Tally;
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
-use crate::wall::{Field, WallSettings, Walls};
+use crate::wall::{Field, ModelSettings, WallSettings, Walls};
 
 /// A displacement per step, in supports, beyond which a run has gone wrong.
 const RUNAWAY: f64 = 1.0;
@@ -63,6 +63,10 @@ pub struct Settings {
     pub walls: Vec<WallSettings>,
     /// Fields of the walls of any shape.
     pub fields: Vec<Arc<Field>>,
+    /// Model of the walls.
+    pub wall_model: ModelSettings,
+    /// Places of frozen particles `[length]`, for the model that has them.
+    pub frozen: Vec<[f64; 3]>,
 }
 
 /// Squared displacements and speed found while moving the particles.
@@ -261,7 +265,7 @@ impl Engine {
             .map_err(|e| Error::Invalid(format!("`threads` = {threads}: {e}")))?;
         let drag = integrator.needs_drag();
         let kernel = &settings.combination.kernel;
-        let walls = Walls::new(
+        let mut walls = Walls::new(
             &settings.walls,
             &settings.fields,
             kernel,
@@ -269,6 +273,13 @@ impl Engine {
             &cell,
             &units,
         )?;
+        let frozen: Vec<[f64; 3]> = (settings.frozen.iter())
+            .map(|place| place.map(|x| x / support))
+            .collect();
+        let friction_on = settings.combination.friction != "none";
+        let splitting = friction_on.then(|| integrator.shuffles());
+        let model = &settings.wall_model;
+        walls.set_model(model, &frozen, kernel, splitting, dimension, &cell, &units)?;
         Ok(Self {
             walls,
             body_force: build_body_force(settings, &units)?,

@@ -28,6 +28,7 @@ from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.regime import Regime
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
+from sdpd.wall_models import Completion, FrozenParticles, OwnFootImages, SymmetricImages
 from sdpd.walls import Cylinder, LevelSet, Mesh, Plane, Polyline, Sphere
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ __all__ = [
     "BinAverage",
     "Box",
     "CheckpointError",
+    "Completion",
     "Correlator",
     "Cost",
     "CurrentCorrelator",
@@ -62,10 +64,12 @@ __all__ = [
     "Effects",
     "FieldAverage",
     "Fluid",
+    "FrozenParticles",
     "LatticeStart",
     "LevelSet",
     "Mesh",
     "Observer",
+    "OwnFootImages",
     "PairSplitting",
     "PairingWarning",
     "Plane",
@@ -83,6 +87,7 @@ __all__ = [
     "Sphere",
     "Stress",
     "StressCorrelator",
+    "SymmetricImages",
     "Thermodynamics",
     "TimeStepWarning",
     "Trajectory",

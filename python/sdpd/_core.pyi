@@ -33,6 +33,7 @@ __all__ = [
     "registry_table",
     "relax_positions",
     "uniform_positions",
+    "wall_completion",
 ]
 __version__: str
 
@@ -90,6 +91,7 @@ def kernel_sums(
     threads: int = 1,
 ) -> _Float: ...
 def curvature_weight(kernel: str, dimension: int, q: _Float) -> tuple[_Float, _Float]: ...
+def wall_completion(dimension: int, s: _Float) -> _Float: ...
 def check_walls(
     edges: list[float],
     support: float,
@@ -187,6 +189,8 @@ class Core:
         periodic: list[bool] = ...,
         walls: list[tuple[str, list[float]]] = ...,
         fields: list[WallField] = ...,
+        wall_model: tuple[str, list[float]] | None = None,
+        frozen: _Float | None = None,
     ) -> Core: ...
     @property
     def positions(self) -> _Float: ...

@@ -108,6 +108,8 @@ class Simulation(Particles):
         validation.instance("scene", scene, Scene, "an sdpd.Scene")
         active = scene.active_effects
         chosen = integrators.resolve(integrator, fluctuations=active.fluctuations)
+        if scene.walls:
+            scene.wall_model.check_integrator(scene, chosen)
         seed = validation.integer("seed", seed, minimum=0)
         if seed >= 2**64:
             raise ValueError(f"`seed` must be < 2^64, got {seed}")

@@ -202,6 +202,104 @@ impl Kick {
     }
 }
 
+/// Friction of a particle with a wall as a whole: g (a I + b [across (I - n n^T) + along n n^T]).
+#[derive(Debug, Clone, Copy)]
+pub struct WallGrip {
+    /// g.
+    pub weight: f64,
+    /// Unit normal n.
+    pub normal: [f64; 3],
+    /// Share of b in all directions along the wall.
+    pub across: f64,
+    /// Share of b along the normal.
+    pub along: f64,
+}
+
+impl WallGrip {
+    /// first x + (second - first) n (n.x)
+    #[inline]
+    fn apply(&self, first: f64, second: f64, x: [f64; 3]) -> [f64; 3] {
+        let along = (second - first) * dot(self.normal, x);
+        std::array::from_fn(|a| first * x[a] + along * self.normal[a])
+    }
+}
+
+impl Kick {
+    /// Drag and noise on a particle from a wall as a whole; u = v - v_w.
+    pub fn wall_force(
+        &self,
+        grip: &WallGrip,
+        u: [f64; 3],
+        xi: Option<[f64; 3]>,
+        central: bool,
+    ) -> [f64; 3] {
+        let across = if central { 0.0 } else { self.drag_across };
+        let rates =
+            [grip.across, grip.along].map(|share| (across + self.drag_along * share).max(0.0));
+        let mut force = grip.apply(rates[0], rates[1], u).map(|x| -grip.weight * x);
+        if let Some(xi) = xi {
+            let noise = grip.apply(rates[0].sqrt(), rates[1].sqrt(), xi);
+            let strength = self.strength * grip.weight.sqrt();
+            for a in 0..3 {
+                force[a] += strength * noise[a];
+            }
+        }
+        force
+    }
+}
+
+impl Exchange {
+    /// Exact change of u = v - v_w by the friction with a wall as a whole.
+    pub fn wall_change(
+        &self,
+        grip: &WallGrip,
+        u: [f64; 3],
+        xi: Option<[f64; 3]>,
+        central: bool,
+    ) -> [f64; 3] {
+        // Rates are those of a pair, of which each end has half.
+        let across = if central { 0.0 } else { self.rate_across };
+        let decay = [grip.across, grip.along].map(|share| {
+            let rate = 0.5 * grip.weight * (across + self.rate_excess * share);
+            expm1_negative(rate.max(0.0))
+        });
+        let mut change = grip.apply(decay[0], decay[1], u);
+        if let Some(xi) = xi {
+            let [first, second] = decay.map(|m| (-m * (2.0 + m) * 0.5 * self.variance).sqrt());
+            let noise = grip.apply(first, second, xi);
+            for a in 0..3 {
+                change[a] += noise[a];
+            }
+        }
+        change
+    }
+
+    /// Exact change of the velocity of a particle by its friction with something that does not feel
+    /// it: u and r as for a pair.
+    pub fn one_sided<F: FrictionForm>(
+        &self,
+        g: f64,
+        inverse_r2: f64,
+        r: [f64; 3],
+        u: [f64; 3],
+        xi: [f64; 3],
+        noise: bool,
+    ) -> [f64; 3] {
+        // Half the rate of a pair, whose u decays from both ends; and half its variance.
+        let terms = self.terms::<F>(0.5 * g, inverse_r2, r, xi, noise);
+        let along = terms.half_along * dot(r, u);
+        let root = std::f64::consts::SQRT_2;
+        std::array::from_fn(|a| {
+            let kick = if F::CENTRAL {
+                terms.noise[0] * r[a]
+            } else {
+                terms.noise[a]
+            };
+            2.0 * (terms.half_across * u[a] + along * r[a]) + root * kick
+        })
+    }
+}
+
 /// The exact change of the relative velocity u of one link: decay and noise.
 #[derive(Debug, Clone, Copy)]
 pub struct LinkTerms<'a> {

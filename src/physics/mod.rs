@@ -3,5 +3,6 @@
 mod friction;
 
 pub use friction::{
-    Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms, PairFriction,
+    Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms,
+    PairFriction, WallGrip,
 };

@@ -8,6 +8,7 @@
 mod density;
 mod exchange;
 mod force;
+mod model;
 mod tally;
 mod wall;
 mod wall_density;
@@ -18,6 +19,7 @@ mod wide;
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
+pub use model::{wall_pressures, wall_shares};
 pub use tally::{Tally, Tensor};
 pub use wall_density::wall_densities;
 pub use wall_exchange::wall_exchange;

@@ -73,6 +73,8 @@ pub struct OwnImages {
     pub views: Vec<View>,
     /// Sums by wall, of the sweep under way.
     pub(crate) tally: Vec<Wrench>,
+    /// Particles put back in the last step.
+    pub(crate) crossings: u64,
 }
 
 /// The links of one base block, in the order of its pairs.
@@ -116,6 +118,10 @@ impl Walls {
             task.views.clear();
             // No step is to allocate; at corners a particle has a few own images.
             task.views.reserve(TASK * kinds.min(7));
+        }
+        self.rebuild_model(particles, D, cell, skin);
+        if !self.model.has_links() {
+            return;
         }
         let mut links = std::mem::take(&mut self.links);
         links.resize_with(grid.block_count(), BlockLinks::default);
