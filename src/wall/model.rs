@@ -327,7 +327,8 @@ impl Walls {
                 site.foot
             };
             let position = &particles.position[site.slot as usize];
-            *image = if foot.distance < least {
+            // From farther away than a support it would lie beyond the centre of a round wall.
+            *image = if foot.distance < least || foot.distance >= 1.0 {
                 [f64::INFINITY; 3]
             } else {
                 [0, 1, 2].map(|a| position[a] - 2.0 * foot.distance * foot.normal[a])

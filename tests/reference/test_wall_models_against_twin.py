@@ -27,7 +27,6 @@ from .test_walls_against_twin import (
     sphere,
     tilted,
 )
-from .twin.kernels import kernel_value
 from .twin.wall_models import CompletionSystem, FrozenSystem, OwnFootSystem, behind_a_plane
 from .twin.walls import NO_EDGE, WallSystem
 
@@ -104,13 +103,17 @@ def test_no_image_nearer_to_the_wall_than_the_least_distance() -> None:
 
 @pytest.mark.parametrize(("geometry", "dimension"), ANALYTIC, ids=names(ANALYTIC))
 def test_completion(geometry: Geometry, dimension: int) -> None:
+    """Noise is the root of what the closed forms leave of unity at the end of the support: 1e-8."""
     system, arguments = completion(geometry, dimension)
-    assert_same_forces(core(system, **arguments), system, 1e-11)
+    sim = core(system, **arguments)
+    assert_same_forces(core(system, **{**arguments, "noise": "none"}), system.at(noise="none"))
+    random = system.forces().random
+    assert np.abs(sim.force_parts()["random"] - random).max() < 1e-8 * rms(random)
 
 
 @pytest.mark.parametrize(("geometry", "dimension"), [(slab, 3), (duct, 2), (pipe, 2), (post, 3)])
 def test_completed_pressure(geometry: Geometry, dimension: int) -> None:
-    """The twin differentiates by fourth-order differences, which holds the bound at 1e-9."""
+    """The twin differentiates by fourth-order differences, which holds the bound at 1e-8."""
     system, arguments = completion(geometry, dimension, exact=True)
     sim = core(system, **arguments)
     assert_same_forces(sim, system, 1e-8)
@@ -129,7 +132,7 @@ def test_frozen_particles(geometry: Geometry, dimension: int) -> None:
 def test_every_friction(model: Any, friction: str) -> None:
     for geometry, dimension in ((pipe, 2), (duct, 3)):
         system, arguments = model(geometry, dimension, friction=friction)
-        assert_same_forces(core(system, **arguments), system, 1e-11)
+        assert_same_forces(core(system, **arguments), system, 1e-8)
 
 
 @pytest.mark.parametrize("model", [own_foot, frozen])
@@ -155,9 +158,9 @@ def test_own_foot_images_at_planes_are_the_symmetric_ones() -> None:
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_closed_forms(dimension: int) -> None:
     """Delta, psi, psi1, psi2 and C against quadrature of the kernel over the solid."""
-    s = np.array([1e-9, 0.01, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99])
+    s = np.array([0.0001, 0.001, 0.01, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99])
     got = _core.wall_completion(dimension, s)
-    expected = np.array([behind_a_plane("lucy", dimension, x) for x in s])
+    expected = behind_a_plane("lucy", dimension, s, points=120)
     volume, psi, across, along, curved, slope = got.T
     assert np.abs(volume - expected[:, 0]).max() < 1e-10
     assert np.abs(psi - expected[:, 1]).max() < 1e-10
@@ -171,10 +174,9 @@ def test_closed_forms(dimension: int) -> None:
     assert np.abs((up[:, 0] - down[:, 0]) / (2.0 * step) + psi[1:-1]).max() < 1e-8
     assert np.abs((up[:, 4] - down[:, 4]) / (2.0 * step) - slope[1:-1]).max() < 1e-8
     ends = {2: (4.0 / np.pi, 4.0 / (3.0 * np.pi)), 3: (21.0 / 16.0, 21.0 / 64.0)}[dimension]
-    assert volume[0] == pytest.approx(0.5, abs=1e-8)
-    assert (psi[0], across[0], along[0]) == pytest.approx((ends[0], ends[1], ends[1]), abs=1e-8)
+    first = _core.wall_completion(dimension, np.array([0.0]))[0]
+    assert first[:4] == pytest.approx((0.5, ends[0], ends[1], ends[1]), abs=1e-14)
     assert np.array_equal(_core.wall_completion(dimension, np.array([1.0, 1.7])), np.zeros((2, 6)))
-    assert kernel_value("lucy", dimension, np.zeros(1), 1.0)[0] > 1.0
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -62,7 +62,7 @@ class OwnFootSystem(WallSystem):
             normal = stand.normal / np.linalg.norm(stand.normal, axis=1)[:, None]
             height = stand.distance / np.linalg.norm(stand.normal, axis=1)
             mirrored = self.positions - 2.0 * height[:, None] * normal
-            exists = height >= self.least_distance
+            exists = (height >= self.least_distance) & (height < self.support)
             found.append(_links(self, wall, mirrored, exists, normal))
         return found
 
@@ -122,42 +122,34 @@ class OwnFootSystem(WallSystem):
         return size * (np.sqrt(a) * (xi - along) + np.sqrt(a + b) * along)
 
 
-def behind_a_plane(kernel: str, dimension: int, s: float) -> Array:
-    """Delta, psi, psi1, psi1 + psi2 and C of a kernel of unit support at a distance s, by quadrature.
+def behind_a_plane(kernel: str, dimension: int, s: Array, points: int = 64) -> Array:
+    """Delta, psi, psi1, psi1 + psi2 and C at distances s of a kernel of unit support, (n, 5).
 
-    The solid is z' > s along the axis away from the particle; q is the distance from that axis.
+    By quadrature over the solid beyond z = s in polar coordinates around the particle: angles to
+    the normal up to arccos(s), r from s/cos(angle) to 1.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(120)
-    # z = s + (1 - s) t^2 and q = (1 - z^2)^(1/2) sin(...) keep integrands smooth at the ends
+    nodes, weights = np.polynomial.legendre.leggauss(points)
     t, wt = 0.5 * (nodes + 1.0), 0.5 * weights
-    z = s + (1.0 - s) * t**2
-    dz = (1.0 - s) * 2.0 * t * wt
-    total = np.zeros(5)
-    angle, wa = 0.25 * np.pi * (nodes + 1.0), 0.25 * np.pi * weights
-    for height, share in zip(z, dz, strict=True):
-        edge = np.sqrt(max(1.0 - height**2, 0.0))
-        q, dq = edge * np.sin(angle), edge * np.cos(angle) * wa
-        measure = dq * (2.0 * np.pi * q if dimension == 3 else 2.0)
-        r = np.sqrt(height**2 + q**2)
-        w = kernel_value(kernel, dimension, r, 1.0)
-        f = force_factor(kernel, dimension, r, 1.0)
-        along = np.where(r > 0.0, height / r, 0.0) ** 2
-        across = (1.0 - along) / (dimension - 1)
-        total += share * np.array(
-            [
-                np.sum(measure * w),
-                np.sum(measure * f * height),
-                np.sum(measure * f * height * across),
-                np.sum(measure * f * height * along),
-                0.0,
-            ]
-        )
-    q, dq = np.sqrt(1.0 - s**2) * np.sin(angle), np.sqrt(1.0 - s**2) * np.cos(angle) * wa
-    measure = dq * (2.0 * np.pi * q if dimension == 3 else 2.0)
-    w = kernel_value(kernel, dimension, np.sqrt(s**2 + q**2), 1.0)
+    near = np.clip(s, 0.0, 1.0)[:, None]
+    # denser towards the largest angle, where s/cos(angle) rises steeply
+    angle = np.arccos(near) * (1.0 - t**4)
+    ring = np.arccos(near) * 4.0 * t**3 * wt
+    ring = ring * (2.0 * np.pi * np.sin(angle) if dimension == 3 else 2.0)
+    low = (near / np.cos(angle))[..., None]
+    r = low + (1.0 - low) * t
+    dr = (1.0 - low) * wt * r ** (dimension - 1)
+    value = ring * np.sum(dr * kernel_value(kernel, dimension, r, 1.0), axis=2)
+    # F (r.n), with e e along and, in the mean over directions, across the normal
+    first = np.sum(dr * r * force_factor(kernel, dimension, r, 1.0), axis=2) * np.cos(angle)
+    along = np.cos(angle) ** 2
+    parts = [value, ring * first]
+    parts += [ring * first * (1.0 - along) / (dimension - 1), ring * first * along]
     # a wall of curvature K rises by K q^2/4 in the mean over directions (K q^2/2 in the plane)
-    total[4] = np.sum(measure * w * q**2) / (4.0 if dimension == 3 else 2.0)
-    return total
+    q = np.sqrt(1.0 - near**2) * np.sin(0.5 * np.pi * t)
+    dq = np.sqrt(1.0 - near**2) * np.cos(0.5 * np.pi * t) * 0.5 * np.pi * wt
+    w = kernel_value(kernel, dimension, np.sqrt(near**2 + q**2), 1.0)
+    parts.append(dq * w * (2.0 * np.pi * q**3 / 4.0 if dimension == 3 else q**2))
+    return np.stack([part.sum(axis=1) for part in parts], axis=1)
 
 
 @dataclass(frozen=True)
@@ -167,21 +159,16 @@ class CompletionSystem(WallSystem):
     exact: bool = False
     least_distance: float = 0.0
 
-    def integrals(self, wall: int, height: Array) -> Array:
+    def integrals(self, height: Array) -> Array:
         """(N, 5) at distances; 0 beyond the support."""
-        s = height / self.support
-        rows = [
-            behind_a_plane(self.kernel, self.dimension, max(x, 0.0)) if x < 1.0 else np.zeros(5)
-            for x in s
-        ]
-        return np.array(rows)
+        return behind_a_plane(self.kernel, self.dimension, height / self.support)
 
     @cached_property
     def missing(self) -> list[Array]:
         """Delta + K C of each wall (N,)."""
         result = []
         for index, wall in enumerate(self.walls):
-            rows = self.integrals(index, self.stands[index].distance)
+            rows = self.integrals(self.stands[index].distance)
             result.append(rows[:, 0] + wall.curvature * self.support * rows[:, 4])
         return result
 
@@ -196,7 +183,7 @@ class CompletionSystem(WallSystem):
         """Friction coefficients with a wall across and along its normal, (N,) each."""
         a, b = self.across_along
         height = np.maximum(self.stands[wall].distance, self.least_distance)
-        rows = self.integrals(wall, height)
+        rows = self.integrals(height)
         # F dV (r.n) / (d h_i) with F of a kernel of support h: psi/h
         scale = 1.0 / (self.number_densities * height * self.support)
         return (
@@ -245,7 +232,7 @@ class CompletionSystem(WallSystem):
             stand, step = self.stands[index], 1e-4 * self.support
             ends = []
             for sign in (-2.0, -1.0, 1.0, 2.0):
-                rows = self.integrals(index, stand.distance + sign * step)
+                rows = self.integrals(stand.distance + sign * step)
                 ends.append(rows[:, 0] + wall.curvature * self.support * rows[:, 4])
             slope = (ends[0] - 8.0 * ends[1] + 8.0 * ends[2] - ends[3]) / (12.0 * step)
             push = -share * self.number_densities * slope / (1.0 - self.missing[index])
