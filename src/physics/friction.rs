@@ -564,4 +564,65 @@ mod tests {
             .link_force::<Central>(g, &zero, [1.0; 3], Some([1.0; 3]), true);
         assert_eq!(f, [0.0; 3]);
     }
+
+    /// Friction with a wall as a whole, and with something that does not feel it: noise balances drag,
+    /// and the exact change keeps the Maxwell distribution and is the force where steps are short.
+    #[test]
+    fn friction_with_walls_is_in_balance() {
+        let friction = PairFriction {
+            across: 1.4,
+            along: 2.2,
+            thermal_energy: 0.6,
+        };
+        let grip = WallGrip {
+            weight: 0.7,
+            normal: [0.6, 0.0, 0.8],
+            across: 0.3,
+            along: 0.55,
+        };
+        let (r, inverse_r2) = separation(3);
+        let dt = 0.013;
+        let kick = friction.kick(dt);
+        let force = |whole: bool, u: [f64; 3], xi: [f64; 3]| {
+            if whole {
+                kick.wall_force(&grip, u, Some(xi), false)
+            } else {
+                kick.force::<General>(0.7, inverse_r2, r, u, xi, true)
+            }
+        };
+        let change = |whole: bool, t: f64, u: [f64; 3], xi: [f64; 3]| {
+            let exchange = friction.exchange(t);
+            if whole {
+                exchange.wall_change(&grip, u, Some(xi), false)
+            } else {
+                exchange.one_sided::<General>(0.7, inverse_r2, r, u, xi, true)
+            }
+        };
+        let matrix = |column: &dyn Fn(usize) -> [f64; 3]| {
+            Matrix3::from_columns(&[0, 1, 2].map(|k| Vector3::from(column(k))))
+        };
+        let none = [0.0; 3];
+        for whole in [false, true] {
+            let drag = matrix(&|k| force(whole, unit(k), none));
+            let noise = matrix(&|k| force(whole, none, unit(k)));
+            let excess: Matrix3<f64> = noise * noise.transpose() * dt + drag * 1.2;
+            assert!(excess.abs().max() < 1e-14);
+            for t in [1e-9, 1e-3, 0.5, 30.0] {
+                let decay = Matrix3::identity() + matrix(&|k| change(whole, t, unit(k), none));
+                let kicks = matrix(&|k| change(whole, t, none, unit(k)));
+                let excess: Matrix3<f64> = decay * decay.transpose() * 0.6
+                    + kicks * kicks.transpose()
+                    - Matrix3::identity() * 0.6;
+                assert!(excess.abs().max() < 1e-14);
+                if t < 1e-6 {
+                    let rate: Matrix3<f64> = (decay - Matrix3::identity()) / t;
+                    assert!((rate - drag).abs().max() < 1e-6);
+                }
+            }
+        }
+        // Central friction is the part along e alone.
+        let f = kick.wall_force(&grip, [1.0, 0.0, 0.0], None, true);
+        let f_n = 0.7 * 2.2 * 0.55 * 0.36 + 0.7 * 2.2 * 0.3 * 0.64;
+        assert!((f[0] + f_n).abs() < 1e-14);
+    }
 }
