@@ -37,6 +37,21 @@ enum Around {
     Nothing,
     Planes,
     Field,
+    OwnFoot,
+    Completion,
+    Frozen,
+}
+
+impl Around {
+    fn model(self) -> (String, Vec<f64>) {
+        let (name, numbers) = match self {
+            Self::OwnFoot => ("own_foot_images", vec![1.0, 0.0]),
+            Self::Completion => ("completion", vec![1.0, 0.1]),
+            Self::Frozen => ("frozen_particles", vec![0.1]),
+            _ => ("symmetric_images", Vec::new()),
+        };
+        (name.into(), numbers)
+    }
 }
 
 fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
@@ -67,12 +82,18 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
         periodic: vec![true, open, open],
         walls: match around {
             Around::Nothing => Vec::new(),
-            Around::Planes => duct(edge),
+            Around::Planes | Around::OwnFoot | Around::Completion | Around::Frozen => duct(edge),
             Around::Field => vec![("field".into(), vec![0.0; 11])],
         },
         fields: match around {
             Around::Field => vec![Arc::new(duct_field(edge / support))],
             _ => Vec::new(),
+        },
+        wall_model: around.model(),
+        frozen: if around == Around::Frozen {
+            behind_the_duct(edge)
+        } else {
+            Vec::new()
         },
     };
     let mut engine = Engine::new(n, &settings).unwrap();
@@ -105,6 +126,15 @@ fn duct(edge: f64) -> Vec<WallSettings> {
     };
     (1..3)
         .flat_map(|axis| [plane(axis, 0.0, 1.0), plane(axis, edge, -1.0)])
+        .collect()
+}
+
+/// A lattice behind the planes of the duct.
+fn behind_the_duct(edge: f64) -> Vec<[f64; 3]> {
+    let axis = || (-5..17).map(|k| f64::from(k) + 0.5);
+    (0..12)
+        .flat_map(|x| axis().flat_map(move |y| axis().map(move |z| [f64::from(x) + 0.5, y, z])))
+        .filter(|p| p[1].min(p[2]).min(edge - p[1]).min(edge - p[2]) < 0.0)
         .collect()
 }
 
@@ -143,7 +173,17 @@ fn a_step_allocates_nothing() {
         ("pair_splitting", true),
     ] {
         for threads in [1, 2] {
-            for around in [Around::Nothing, Around::Planes, Around::Field] {
+            for around in [
+                Around::Nothing,
+                Around::Planes,
+                Around::Field,
+                Around::OwnFoot,
+                Around::Completion,
+                Around::Frozen,
+            ] {
+                if around == Around::OwnFoot && integrator == "pair_splitting" {
+                    continue; // refused: its friction is not symmetric
+                }
                 let mut engine = engine(integrator, threads, around);
                 if observed {
                     attach_correlators(&mut engine);

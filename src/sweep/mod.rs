@@ -8,22 +8,22 @@
 mod density;
 mod exchange;
 mod force;
-mod model;
 mod tally;
 mod wall;
 mod wall_density;
 mod wall_exchange;
 mod wall_force;
+mod wall_model;
 mod wide;
 
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
-pub use model::{wall_pressures, wall_shares};
 pub use tally::{Tally, Tensor};
 pub use wall_density::wall_densities;
 pub use wall_exchange::wall_exchange;
 pub use wall_force::{Motion, wall_drag, wall_forces, wall_friction_weight};
+pub use wall_model::{wall_pressures, wall_shares};
 pub use wide::{Task, run_wide};
 
 use std::marker::PhantomData;

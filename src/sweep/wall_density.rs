@@ -1,7 +1,7 @@
 //! What images add to the number density: psi_i psi_j W(r_iJ), own image included.
 
 use super::wall::{Scenery, for_each_links, for_each_near};
-use super::{Shared, model};
+use super::{Shared, wall_model};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
@@ -18,7 +18,7 @@ pub fn wall_densities<K: Kernel, const D: usize>(
     if walls.model == WallModel::SymmetricImages {
         symmetric_densities::<K, D>(particles, walls, grid, cell);
     } else {
-        model::densities::<K, D>(particles, walls, grid, cell);
+        wall_model::densities::<K, D>(particles, walls, grid, cell);
     }
 }
 

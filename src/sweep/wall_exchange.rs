@@ -4,8 +4,8 @@
 
 use std::marker::PhantomData;
 
-use super::model::{self, Physics};
 use super::wall::{Scenery, collect, for_each_links, for_each_near};
+use super::wall_model::{self, Physics};
 use super::{Direction, Shared};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
@@ -101,7 +101,7 @@ pub fn wall_exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     }
     if walls.model != WallModel::SymmetricImages {
         let physics = Physics::of::<K, F, V, D>();
-        model::exchange(particles, walls, physics, exchange, key, direction);
+        wall_model::exchange(particles, walls, physics, exchange, key, direction);
         return;
     }
     let mut links = std::mem::take(&mut walls.links);

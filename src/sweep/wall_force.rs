@@ -8,8 +8,8 @@
 use std::marker::PhantomData;
 
 use super::Shared;
-use super::model::{self, Arrays, Physics, Request};
 use super::wall::{Scenery, collect, cross, for_each_links, for_each_near};
+use super::wall_model::{self, Arrays, Physics, Request};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{FrictionForm, Frictionless, Kick};
@@ -218,7 +218,7 @@ fn model_forces<K: Kernel, const D: usize>(
     kick: Kick,
     key: SweepKey,
 ) {
-    model::return_shares(particles, walls);
+    wall_model::return_shares(particles, walls);
     let mut total = std::mem::take(&mut walls.force);
     total.fill([0.0; 6]);
     let force = Shared::new(&mut particles.force);
@@ -245,7 +245,7 @@ fn model_forces<K: Kernel, const D: usize>(
         motion: Motion::Actual,
         conservative: true,
     };
-    model::forces(arrays, force, walls, &mut total, request);
+    wall_model::forces(arrays, force, walls, &mut total, request);
     walls.force = total;
 }
 
@@ -279,7 +279,7 @@ pub fn wall_drag<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
             conservative: false,
         };
         total.fill([0.0; 6]);
-        model::forces(arrays, force, walls, &mut total, request);
+        wall_model::forces(arrays, force, walls, &mut total, request);
         walls.drag = total;
         return;
     }
@@ -299,7 +299,7 @@ pub fn wall_friction_weight<K: Kernel, const D: usize>(
     walls: &Walls,
 ) -> f64 {
     if walls.model != WallModel::SymmetricImages {
-        return model::friction_weight::<K, D>(particles, walls);
+        return wall_model::friction_weight::<K, D>(particles, walls);
     }
     let blocks = walls.links.iter().flat_map(|block| &block.views);
     let own = walls.tasks.iter().flat_map(|task| &task.views);

@@ -1,5 +1,5 @@
 //! Which model a scene's walls follow: symmetric images, or one of the models of the literature that
-//! they are compared with (sweep/model/). A model is chosen once for all walls.
+//! they are compared with (sweep/wall_model/). A model is chosen once for all walls.
 
 use super::bins::Bins;
 use super::{Shape, Site, Walls};

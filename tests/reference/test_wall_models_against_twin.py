@@ -185,7 +185,9 @@ def test_reaction_and_impulse_of_the_walls(model: Any, geometry: Geometry, dimen
     """Walls feel what the fluid feels, and get the momentum it loses, in pieces and with bounces."""
     options = {"noisy": True} if model is own_foot else {"least": 0.3}
     system, arguments = model(geometry, dimension, **options)
-    integrators = ["velocity_verlet"] if model is own_foot else ["velocity_verlet", "pair_splitting"]
+    integrators = (
+        ["velocity_verlet"] if model is own_foot else ["velocity_verlet", "pair_splitting"]
+    )
     for integrator in integrators:
         sim = core(system, integrator, **arguments)
         scale = rms(sim.forces) * np.sqrt(system.size)
@@ -204,9 +206,13 @@ def test_reaction_and_impulse_of_the_walls(model: Any, geometry: Geometry, dimen
 def test_bits(model: Any) -> None:
     """On any number of threads, however a run is cut, across save and load."""
     system, arguments = model(post, 3)
-    for integrator in ("velocity_verlet",) if model is own_foot else (
-        "velocity_verlet",
-        "pair_splitting",
+    for integrator in (
+        ("velocity_verlet",)
+        if model is own_foot
+        else (
+            "velocity_verlet",
+            "pair_splitting",
+        )
     ):
         sims = [core(system, integrator, threads=k, **arguments) for k in (1, 2, 3)]
         for sim in sims:
@@ -246,14 +252,14 @@ def test_exact_friction_of_short_steps_is_the_force(model: Any) -> None:
 
 def test_models_that_do_not_fit_are_refused() -> None:
     system, arguments = own_foot(slab, 3)
-    with pytest.raises(ValueError, match="needs the integrator \"velocity_verlet\""):
+    with pytest.raises(ValueError, match='needs the integrator "velocity_verlet"'):
         core(system, "pair_splitting", **arguments)
     system, arguments = completion(slab, 3, kernel="wendland_c2")
-    with pytest.raises(ValueError, match="needs the kernel \"lucy\""):
+    with pytest.raises(ValueError, match='needs the kernel "lucy"'):
         core(system, **arguments)
     for model in (completion, frozen):
         system, arguments = model(slab, 3, least=0.0)
-        with pytest.raises(ValueError, match="needs the integrator \"pair_splitting\", or a least"):
+        with pytest.raises(ValueError, match='needs the integrator "pair_splitting", or a least'):
             core(system, **arguments)
         core(system, "pair_splitting", **arguments)
         system, _ = model(slab, 2)
@@ -266,7 +272,7 @@ def test_models_that_do_not_fit_are_refused() -> None:
         core(system, **{**arguments, "frozen": inside})
     with pytest.raises(ValueError, match="none within a support"):
         core(system, **{**arguments, "frozen": inside[:0]})
-    with pytest.raises(ValueError, match="`wall_model` must be \"symmetric_images\""):
+    with pytest.raises(ValueError, match='`wall_model` must be "symmetric_images"'):
         core(system, wall_model=("mirrors", []))
     with pytest.raises(ValueError, match="`wall_model` must have 2 numbers, got 1"):
         core(system, wall_model=("completion", [1.0]))

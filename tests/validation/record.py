@@ -28,6 +28,7 @@ WALLED = {
     "poiseuille",
     "wall_equilibrium",
     "wall_flows",
+    "wall_models",
 }
 WALLS = ("sweep/wall", "wall/")
 PHYSICS = (

@@ -96,7 +96,7 @@ class OwnFootSystem(WallSystem):
         return Forces(*parts)
 
     def kicks(self, s: Seen, g: Array, step: int) -> Array:
-        """Of covariance 2 kT g (a I + b e e)/dt, twice that of the own image."""
+        """Of covariance 2 kT g (a I + b e e)/dt, as between particles, for the own image as well."""
         a, b = self.across_along
         ids = self.particle_ids
         first, second = ids[s.i], ids[s.k]
@@ -114,8 +114,7 @@ class OwnFootSystem(WallSystem):
                 self.noise,
                 self.dimension,
             )
-        twice = np.where(s.i == s.k, 2.0, 1.0)
-        size = np.sqrt(twice * 2.0 * self.thermal_energy * g / self.dt)[:, None]
+        size = np.sqrt(2.0 * self.thermal_energy * g / self.dt)[:, None]
         if self.friction == "central":
             return size * np.sqrt(b) * xi[:, :1] * s.unit
         along = np.sum(s.unit * xi, axis=1, keepdims=True) * s.unit
@@ -194,9 +193,7 @@ class CompletionSystem(WallSystem):
     def wall_kicks(self, wall: int, stream: str, step: int, half: int) -> Array:
         ids = self.particle_ids
         draw = half + 2 * (wall + 1)
-        return pair_variates(
-            self.seed, stream, step, draw, ids, ids, self.noise, self.dimension
-        )
+        return pair_variates(self.seed, stream, step, draw, ids, ids, self.noise, self.dimension)
 
     def forces(self, step: int = 0) -> Forces:
         parts = [np.array(part) for part in System.forces(self, step)]

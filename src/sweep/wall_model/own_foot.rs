@@ -152,11 +152,9 @@ fn link_force(
     if noise {
         let label = 2 * wall as u8 + 1;
         let ids = [i, j].map(|slot| arrays.id[slot as usize]);
+        // As with a particle, for the own image, too: its friction, with 2 (v - v_w), would take twice
+        // the variance, and nothing balances what v_j has in common with v_i.
         xi = physics.variates(key, [label, label + 1], ids[0], ids[1]);
-        if i == j {
-            // Friction with 2 (v - v_w) takes the noise of two links.
-            xi = xi.map(|x| std::f64::consts::SQRT_2 * x);
-        }
     }
     let extra = (physics.force)(&kick, g, seen.inverse_r2, seen.r, u, xi, noise);
     [0, 1, 2].map(|a| force[a] + extra[a])
