@@ -61,7 +61,7 @@ class SymmetricImages(WallModel):
 
 @dataclass(frozen=True, kw_only=True)
 class OwnFootImages(WallModel):
-    """Each particle mirrored at the foot of its own perpendicular, as in Yang (2013), 2.2.4 to 2.2.6.
+    """Each particle mirrored at the foot of its own perpendicular: Yang (2013), 2.2.4 to 2.2.6.
 
     For comparison. At curved walls what i feels from the image of j is not what j feels from that
     of i: the force is no gradient, and energy is not conserved. Where walls meet, each has images

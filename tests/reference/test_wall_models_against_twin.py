@@ -19,6 +19,7 @@ from .test_walls_against_twin import (
     core,
     duct,
     ellipsoid,
+    numbers,
     pipe,
     post,
     problem,
@@ -182,7 +183,7 @@ def test_closed_forms(dimension: int) -> None:
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize(("geometry", "dimension"), [(duct, 2), (pipe, 3), (post, 3)])
 def test_reaction_and_impulse_of_the_walls(model: Any, geometry: Geometry, dimension: int) -> None:
-    """Walls feel what the fluid feels, and get the momentum it loses, in pieces and with bounces."""
+    """Walls feel what the fluid feels, and get the momentum it loses, bounces included."""
     options = {"noisy": True} if model is own_foot else {"least": 0.3}
     system, arguments = model(geometry, dimension, **options)
     integrators = (
@@ -248,6 +249,51 @@ def test_exact_friction_of_short_steps_is_the_force(model: Any) -> None:
         got = (sim.velocities - system.velocities) / dt
         # lost precision: 1e-16 * v/dt against forces of hundreds
         assert np.abs(got - expected).max() < 2e-4 * rms(expected)
+
+
+@pytest.mark.parametrize(("geometry", "dimension"), [(duct, 2), (pipe, 3)])
+def test_friction_rate(geometry: Geometry, dimension: int) -> None:
+    """Mean trace of what multiplies a particle's own velocity in the drag."""
+    system, arguments = own_foot(geometry, dimension)
+    a, b = system.across_along
+    one = a + b / dimension
+    direct = system.friction_rates().sum()
+    links = 0.0
+    d = system.number_densities
+    for s in system.seen:
+        g = system.slope(s) / (d[s.i] * d[s.k])
+        links += one * np.sum(g * np.where(s.i == s.k, 2.0, 1.0))
+    rate = core(system, **arguments).friction_rate()
+    assert rate == pytest.approx((direct + links) / system.size, rel=1e-11)
+
+    filled, arguments = completion(geometry, dimension)
+    links = 0.0
+    for wall in range(len(filled.walls)):
+        across, along = filled.grips(wall)
+        links += np.sum((dimension - 1) * across + along) / dimension
+    direct = filled.friction_rates().sum()
+    rate = core(filled, **arguments).friction_rate()
+    assert rate == pytest.approx((direct + links) / filled.size, rel=1e-11)
+
+    icy, arguments = frozen(geometry, dimension)
+    links = one * icy.links()[0].sum()
+    direct = icy.friction_rates().sum()
+    rate = core(icy, **arguments).friction_rate()
+    assert rate == pytest.approx((direct + links) / icy.size, rel=1e-11)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_walls_on_which_the_fluid_slips(model: Any) -> None:
+    """They push, but have no friction: all that is left acts between particles."""
+    system, arguments = model(slab, 3)
+    walls = [(kind, [*rest[:-1], 1.0]) for kind, rest in (numbers(w, 3) for w in system.walls)]
+    parts = core(system, walls=walls, **arguments).force_parts()
+    for name in ("dissipative", "random"):
+        size = np.abs(parts[name]).sum()
+        assert size > 1.0
+        assert np.abs(parts[name].sum(axis=0)).max() < 1e-13 * size
+    sticky = core(system, **arguments).force_parts()
+    assert np.array_equal(parts["conservative"], sticky["conservative"])
 
 
 def test_models_that_do_not_fit_are_refused() -> None:

@@ -120,30 +120,30 @@ def test_shaped_walls():
     sim.run(steps=10)
     for model in (sdpd.Completion(), sdpd.FrozenParticles()):
         with pytest.raises(
-            ValueError, match="needs walls that are a Plane, a Cylinder or a Sphere"
+            ValueError, match=r"needs walls that are a Plane, a Cylinder or a Sphere"
         ):
             scene_with(model, **options)
 
 
 def test_what_is_refused():
-    with pytest.raises(TypeError, match="`wall_model` must be one of sdpd.SymmetricImages, Own"):
+    with pytest.raises(TypeError, match=r"`wall_model` must be one of sdpd\.SymmetricImages, Own"):
         scene_with("completion")
-    with pytest.raises(ValueError, match="`least_distance` must be .*>= 0"):
+    with pytest.raises(ValueError, match=r"`least_distance` must be .*>= 0"):
         sdpd.OwnFootImages(least_distance=-1.0)
-    with pytest.raises(TypeError, match="`noise`"):
+    with pytest.raises(TypeError, match=r"`noise`"):
         sdpd.OwnFootImages(noise="yes")
-    with pytest.raises(ValueError, match="`pressure` must be one of"):
+    with pytest.raises(ValueError, match=r"`pressure` must be one of"):
         sdpd.Completion(pressure="none")
-    with pytest.raises(ValueError, match="`spacing`"):
+    with pytest.raises(ValueError, match=r"`spacing`"):
         sdpd.FrozenParticles(spacing=0.0)
-    with pytest.raises(ValueError, match="`wall_model.spacing` must be at most a support"):
+    with pytest.raises(ValueError, match=r"`wall_model\.spacing` must be at most a support"):
         scene_with(sdpd.FrozenParticles(spacing=3.0))
-    with pytest.raises(ValueError, match="needs Resolution\\(kernel='lucy'\\).*got 'wendland_c2'"):
+    with pytest.raises(ValueError, match=r"needs Resolution\(kernel='lucy'\).*got 'wendland_c2'"):
         scene_with(sdpd.Completion(), resolution=sdpd.Resolution(spacing=1.0, support=2.65))
-    with pytest.raises(ValueError, match="OwnFootImages needs integrator=sdpd.VelocityVerlet"):
+    with pytest.raises(ValueError, match=r"OwnFootImages needs integrator=sdpd\.VelocityVerlet"):
         sdpd.Simulation(scene_with(sdpd.OwnFootImages()))
     for model in (sdpd.Completion(), sdpd.FrozenParticles()):
-        with pytest.raises(ValueError, match="needs `least_distance` > 0.*PairSplitting"):
+        with pytest.raises(ValueError, match=r"needs `least_distance` > 0.*PairSplitting"):
             sdpd.Simulation(scene_with(model), integrator="velocity_verlet")
     text = scene_with(sdpd.Completion()).to_toml()
     with pytest.raises(ValueError, match=r"`wall_model.kind` must be one of.*'completeness'"):

@@ -1,8 +1,8 @@
 """Wall models to compare with, over all pairs, written from the equations.
 
-Own-foot images: Yang (2013), Table 3 and 2.59 to 2.64. Completion: Vazquez-Quesada (2009), Yang (2013),
-appendix B, with integrals by quadrature of the kernel. Frozen particles: Bian et al. (2015), appendix
-G. All of them act on each particle on their own: nothing is symmetric in i and j.
+Own-foot images: Yang (2013), Table 3 and 2.59 to 2.64. Completion: Vazquez-Quesada (2009) and Yang
+(2013), appendix B, with integrals by quadrature of the kernel. Frozen particles: Bian et al.
+(2015), appendix G. All of them act on each particle on its own: nothing is symmetric in i and j.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class OwnFootSystem(WallSystem):
         return Forces(*parts)
 
     def kicks(self, s: Seen, g: Array, step: int) -> Array:
-        """Of covariance 2 kT g (a I + b e e)/dt, as between particles, for the own image as well."""
+        """Of covariance 2 kT g (a I + b e e)/dt, as between particles, own image included."""
         a, b = self.across_along
         ids = self.particle_ids
         first, second = ids[s.i], ids[s.k]

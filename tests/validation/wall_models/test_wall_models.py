@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-
 from tests.validation import record
 from tests.validation.channel import script
 
@@ -47,7 +46,7 @@ def test_the_energy_error_is_a_hundredth_of_that_of_own_foot_images() -> None:
 
 
 def test_density_in_the_mean_field() -> None:
-    """At a cylinder of R = 5h own-foot images are off by 4.9 %, symmetric ones by less than 0.03 %."""
+    """At a cylinder of R = 5h own-foot images are off by 4.9 %, symmetric ones by 0.03 %."""
     heights = np.linspace(0.0, 0.98, 25)
 
     def largest(name: str) -> float:
