@@ -37,7 +37,7 @@ fn see(
             let image = &walls.state.images[partner as usize];
             let (mut r, r2) = separation(&position[near.slot as usize], image, dimension, cell);
             // Not a number: there is no image.
-            if !(r2 < 1.0) {
+            if r2.is_nan() || r2 >= 1.0 {
                 continue;
             }
             let mut inverse_r2 = 1.0 / r2.max(POINT);
