@@ -20,13 +20,14 @@ from scipy.spatial import cKDTree
 
 import sdpd
 from sdpd import _core, kernels
+from sdpd.drawing import BLUE, GREEN, ORANGE, VERMILION
 
 RECORD = DOCS.parent / "tests" / "validation" / "results.json"
 ETA, SOUND_SPEED, SUPPORT = 20.0, 10.0, 2.65  # X = 100; m = dx = k_B T = 1
 RADIUS = 5.03 * SUPPORT  # the spacing is not quite 1, and h is to stay below R/5
 LEAST = 0.1  # least distance of explicit friction without a bound at the wall
 BLOCKS = 32
-COLOURS = ["#4269d0", "#ff725c", "#efb118", "#3ca951", "#9c6b4e", "#a463f2"]
+COLOURS = (VERMILION, GREEN, BLUE)
 
 
 @dataclass(frozen=True)
@@ -206,6 +207,16 @@ def _symmetric(
     return float(share.sum())
 
 
+def lattice_density(name: str, kind: str) -> float:
+    """Mean density of a lattice within h/2 of a wall that cuts it, over that far away, less 1."""
+    scene = scene_of(kind, MODELS[name].model).replace(start=sdpd.LatticeStart(jitter=0.0))
+    integrator = "pair_splitting" if MODELS[name].splits else "velocity_verlet"
+    sim = sdpd.Simulation(scene, integrator=integrator, threads=1)
+    distance = scene.geometry.distance(np.array(sim.positions))
+    near, far = (sim.number_densities[of].mean() for of in (distance < 0.5 * SUPPORT, distance > 4))
+    return float(near / far - 1.0)
+
+
 # --- fluids at rest ----------------------------------------------------------------------------
 
 
@@ -317,6 +328,7 @@ def row(name: str, found: dict[str, Any], heights: np.ndarray) -> list[str]:
     for side in (-1.0, 1.0):
         error = mean_field(name, side, heights)
         fields.append(f"{100.0 * error[np.abs(error).argmax()]:+.2f}")
+    fields += [f"{100.0 * lattice_density(name, kind):+.1f}" for kind in ("pipe", "post")]
     return [
         MODELS[name].title,
         *(f"{value:.3g}" for value in found["energy"]),
@@ -330,26 +342,23 @@ def row(name: str, found: dict[str, Any], heights: np.ndarray) -> list[str]:
 
 
 def picture(report: Report, numbers: dict[str, Any]) -> None:
-    """Mean-field density at round walls, and the temperature of the layer."""
+    """Error of the mean-field density at round walls, and temperatures of the layer."""
     figure, panels = subplots(2, width=9.0)
-    heights = np.linspace(0.0, 0.98, 8 if report.quick else 60)
-    for (name, chosen), colour in zip(MODELS.items(), COLOURS, strict=True):
-        if name in ("own foot, noise", "completion, own pressure"):
-            continue
+    heights = np.linspace(0.0, 0.98, 8 if report.quick else 80)
+    for name, colour in zip(("own foot", "completion", "symmetric"), COLOURS, strict=True):
         for side, style in ((-1.0, "-"), (1.0, "--")):
-            label = chosen.title.split(",")[0] if side < 0.0 else None
-            error = 100.0 * mean_field(name, side, heights)
-            panels[0].plot(heights, error, style, color=colour, label=label)
-    panels[0].set(xlabel="$\\phi/h$", ylabel="density at a cylinder of $R=5h$, error [%]")
+            label = MODELS[name].title.split(",")[0] if side < 0.0 else None
+            error = 100.0 * np.abs(mean_field(name, side, heights))
+            panels[0].semilogy(heights, error, style, color=colour, label=label)
+    panels[0].set(xlabel="$\\phi/h$", ylabel="|error of the density| [%]", ylim=(1e-4, 10.0))
     panels[0].legend()
     places = np.arange(len(MODELS))
-    for shift, part, marker in ((-0.1, "along", "o"), (0.1, "across", "s")):
+    for shift, part, marker, colour in ((-0.1, "along", "o", BLUE), (0.1, "across", "s", ORANGE)):
         values = np.array([numbers[name][part] for name in MODELS])
-        panels[1].errorbar(
-            values[:, 0], places + shift, xerr=values[:, 1], fmt=marker, label=part, markersize=4
-        )
+        style = {"fmt": marker, "color": colour, "markersize": 4, "label": f"{part} the wall"}
+        panels[1].errorbar(values[:, 0], places + shift, xerr=values[:, 1], **style)
     panels[1].axvline(1.0, color="black", linewidth=0.8)
-    panels[1].set(xlabel="kinetic temperature of the layer $z<\\Delta x$ over that of the bath")
+    panels[1].set(xlabel="temperature of the layer $z<\\Delta x$")
     panels[1].set_yticks(places, [chosen.title for chosen in MODELS.values()])
     panels[1].invert_yaxis()
     panels[1].legend()
@@ -367,6 +376,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         "0.005",
         "mean field, inside [%]",
         "outside [%]",
+        "lattice, inside [%]",
+        "outside [%]",
         "density, inside",
         "outside",
         "T along",
@@ -379,7 +390,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         grid(header, [row(name, numbers[name], heights) for name in MODELS]),
         "*Energy*: rms error in a pipe of $R=5h$ without friction [$k_BT$], at two time steps. "
         "*Mean field*: largest error of the density of a particle in a uniform fluid at a cylinder "
-        "of $R=5h$. *Density*: of the layer of one spacing in a fluid that moves, over that of the "
+        "of $R=5h$. *Lattice*: mean error of densities within $h/2$ of it, on a lattice that it "
+        "cuts. *Density*: of the layer of one spacing in a fluid that moves, over that of the "
         "fluid away from the wall, inside of a cylinder and outside. *T*: kinetic temperature of "
         "the layer of one spacing at planes over that of the bath, along the wall and across. "
         "*Slip*: how much wider than the channel a Couette flow without noise seems, at each wall. "

@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import validation
+from sdpd.box import AXES
+from sdpd.initial import LatticeStart
+from sdpd.walls import Cylinder, Sphere
 
 if TYPE_CHECKING:
     from sdpd.integrators import Integrator
@@ -151,9 +154,9 @@ class Completion(WallModel):
 class FrozenParticles(WallModel):
     """Particles that do not move, behind the wall, as in Bian et al. (2015), appendix G.
 
-    For comparison; at planes, cylinders and spheres. The lattice of the fluid goes on behind the
-    wall; its particles have density and pressure, and in friction the velocity that makes the
-    fluid's vanish at the wall. Each belongs to the wall it is deepest behind.
+    For comparison; at planes, cylinders and spheres. A lattice of the fluid's spacing goes on
+    behind the wall. Its particles have density and pressure, and in friction the velocity that
+    makes the fluid's vanish at the wall. Each belongs to the wall it is deepest behind.
 
     Parameters
     ----------
@@ -192,23 +195,74 @@ class FrozenParticles(WallModel):
         return {"wall_model": self.core(), "frozen": self.places(scene)}
 
     def places(self, scene: Scene) -> Array:
-        """The lattice of the fluid behind the walls, to twice the support, (M, D) [length]."""
-        spacing = scene.spacing if self.spacing is None else self.spacing
+        """A lattice behind the walls, to twice the support, (M, D) [length].
+
+        The lattice of a `LatticeStart` goes on; of another start, or with a spacing of its own, it
+        has the number density of the fluid, and its layers begin half a spacing behind planes.
+        """
         depth, geometry = _DEPTH * scene.support_radius, scene.geometry
-        axes = []
-        for (low, high), axis in zip(geometry.extents, "xyz", strict=False):
-            count = max(1, round((high - low) / spacing))
-            step = (high - low) / count
-            beyond = 0 if axis in scene.box.periodic_axes else int(np.ceil(depth / step))
-            axes.append(low + (np.arange(-beyond, count + beyond) + 0.5) * step)
-        sites = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+        sites = np.stack(np.meshgrid(*self._axes(scene, depth), indexing="ij"), axis=-1)
+        sites = sites.reshape(-1, scene.dimension)
         distance = geometry.distance(sites)
-        return np.asarray(sites[(distance < -1e-9 * spacing) & (distance > -depth)])
+        behind = (distance < -1e-9 * scene.spacing) & (distance > -depth)
+        return np.asarray(sites[behind])
+
+    def _axes(self, scene: Scene, depth: float) -> list[Array]:
+        """Coordinates of the lattice along each axis."""
+        geometry, extents = scene.geometry, scene.geometry.extents
+        if self.spacing is None and isinstance(scene.start, LatticeStart):
+            given = None if geometry.is_cuboid else scene.resolution.spacing
+            axes: list[Array] = []
+            for axis, (low, high) in enumerate(extents):
+                count = max(1, round((high - low) / (given or scene.spacing)))
+                step = (high - low) / count
+                beyond = 0 if _is_periodic(scene, axis) else int(np.ceil(depth / step))
+                axes.append(np.asarray(low + (np.arange(-beyond, count + beyond) + 0.5) * step))
+            return axes
+        spacing = scene.spacing if self.spacing is None else self.spacing
+        whole = [axis for axis in range(scene.dimension) if _goes_round(scene, axis)]
+        counts = {k: max(1, round((extents[k][1] - extents[k][0]) / spacing)) for k in whole}
+        steps = {k: (extents[k][1] - extents[k][0]) / counts[k] for k in whole}
+        # the other axes make up for what whole numbers of spacings have changed
+        free = scene.dimension - len(whole)
+        left = spacing**scene.dimension / float(np.prod(list(steps.values()) or [1.0]))
+        step = left ** (1.0 / free) if free else spacing
+        axes = []
+        for axis, (low, high) in enumerate(extents):
+            if axis in whole:
+                axes.append(np.asarray(low + (np.arange(counts[axis]) + 0.5) * steps[axis]))
+            elif geometry.is_cuboid:
+                layers = (np.arange(np.ceil(depth / step)) + 0.5) * step
+                axes.append(np.concatenate([low - layers[::-1], high + layers]))
+            else:
+                reach = 0.5 * (high - low) + (0.0 if _is_periodic(scene, axis) else depth)
+                half = (np.arange(np.floor(reach / step)) + 0.5) * step
+                axes.append(0.5 * (low + high) + np.concatenate([-half[::-1], half]))
+        return axes
 
 
 MODELS: dict[str, type[WallModel]] = {
     model.name: model for model in (SymmetricImages, OwnFootImages, Completion, FrozenParticles)
 }
+
+
+def _is_periodic(scene: Scene, axis: int) -> bool:
+    return AXES[axis] in scene.box.periodic_axes
+
+
+def _goes_round(scene: Scene, axis: int) -> bool:
+    """Whether what is behind the walls goes on through a periodic face."""
+    if not _is_periodic(scene, axis):
+        return False
+    for wall in scene.walls:
+        if not isinstance(wall, (Cylinder, Sphere)) or wall.fluid == "inside":
+            return True
+        along = getattr(wall, "axis", None)
+        centre, length = wall.centre[axis], scene.box.lengths[axis]
+        inside = wall.radius <= centre <= length - wall.radius
+        if along == AXES[axis] or not inside:
+            return True
+    return False
 
 
 def _set_least_distance(model: Any) -> None:
