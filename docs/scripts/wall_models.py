@@ -337,7 +337,7 @@ def row(name: str, found: dict[str, Any], heights: np.ndarray) -> list[str]:
         *(shown(*found[part], digits=3) for part in ("along", "across")),
         f"{found['slip']:+.4f}",
         f"{found['crossings']:.3f}",
-        f"{found['cost']:.2f}",
+        f"{found['cost']:.1f}",
     ]
 
 
@@ -396,7 +396,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         "the layer of one spacing at planes over that of the bath, along the wall and across. "
         "*Slip*: how much wider than the channel a Couette flow without noise seems, at each wall. "
         "*Crossings*: per particle of that layer and unit of time. *Cost*: of a step of velocity "
-        f"Verlet in the pipe, over that of symmetric images. Lucy, $h/\\Delta x={SUPPORT:g}$, "
+        f"Verlet in the pipe, over that of symmetric images, on a busy machine. Lucy, $h/\\Delta x={SUPPORT:g}$, "
         f"$X=100$, $\\eta^*={ETA:g}$, $m=k_BT=\\Delta x=1$; one standard error.",
     )
 
