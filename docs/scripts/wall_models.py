@@ -396,8 +396,9 @@ def main(argv: Sequence[str] | None = None) -> None:
         "the layer of one spacing at planes over that of the bath, along the wall and across. "
         "*Slip*: how much wider than the channel a Couette flow without noise seems, at each wall. "
         "*Crossings*: per particle of that layer and unit of time. *Cost*: of a step of velocity "
-        f"Verlet in the pipe, over that of symmetric images, on a busy machine. Lucy, $h/\\Delta x={SUPPORT:g}$, "
-        f"$X=100$, $\\eta^*={ETA:g}$, $m=k_BT=\\Delta x=1$; one standard error.",
+        "Verlet in the pipe, over that of symmetric images, on a busy machine. Lucy, "
+        f"$h/\\Delta x={SUPPORT:g}$, $X=100$, $\\eta^*={ETA:g}$, $m=k_BT=\\Delta x=1$; one "
+        "standard error.",
     )
 
 
