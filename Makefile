@@ -103,7 +103,7 @@ rust-test:
 	cargo test --profile quick
 
 pytest: $(STAMP)-build $(STAMP)-dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 # Each notebook reads SDPD_NOTEBOOK_SMALL and, where it is set, runs at a size of seconds.
 notebooks: $(STAMP)-build $(STAMP)-dev

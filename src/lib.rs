@@ -8,6 +8,7 @@
 //! | `integrator`, `registry` | how a step is made; which combinations exist |
 //! | `simulation`, `observe`, `effect` | the engine, what it measures, what acts on it |
 //! | `wall` | walls: their geometry and the images of particles near them |
+//! | `thermal` | fluids with an energy: temperatures, the books of the work, heat through walls |
 //! | `relax` | fluid-like starts from random positions |
 //! | `fields` | kernel sums over particles at given points |
 //! | `python` | the binding, the only module that knows PyO3 |
@@ -30,6 +31,7 @@ pub mod relax;
 pub mod simulation;
 pub mod state;
 pub mod sweep;
+pub mod thermal;
 pub mod units;
 pub mod valid;
 pub mod wall;

@@ -2,9 +2,12 @@
 //! and docs, and words the error where a combination does not exist.
 
 use crate::error::{Error, Result};
-use crate::integrator::{Integrator, PairSplitting, VelocityVerlet};
+use crate::integrator::{Integrator, PairSplitting, ThermalSplitting, VelocityVerlet};
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
-use crate::physics::{Central, FrictionForm, Frictionless, General};
+use crate::physics::{
+    Adiabatic, Bath, BathAndConduction, Central, Conduction, ConductionVariable, Exchanges,
+    FrictionForm, Frictionless, Full, FullVariable, General, Heating, HeatingVariable,
+};
 use crate::random::{Gaussian, Silent, Uniform, Variate};
 
 /// Dimensions.
@@ -23,6 +26,20 @@ pub const NOISES: [&str; 3] = [Silent::NAME, Gaussian::NAME, Uniform::NAME];
 /// Integrators.
 pub const INTEGRATORS: [&str; 2] = ["velocity_verlet", "pair_splitting"];
 
+/// What exchanges energy between the particles of a fluid that is not isothermal; the first: it is.
+pub const EXCHANGES: [&str; 10] = [
+    "none",
+    Adiabatic::NAME,
+    Full::NAME,
+    FullVariable::NAME,
+    Heating::NAME,
+    HeatingVariable::NAME,
+    BathAndConduction::NAME,
+    Bath::NAME,
+    Conduction::NAME,
+    ConductionVariable::NAME,
+];
+
 /// One supported combination, or a wish for one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Combination {
@@ -36,6 +53,8 @@ pub struct Combination {
     pub noise: String,
     /// One of [`INTEGRATORS`].
     pub integrator: String,
+    /// What exchanges energy: one of [`EXCHANGES`], "none" for an isothermal fluid.
+    pub exchanges: String,
 }
 
 impl Combination {
@@ -55,19 +74,41 @@ impl Combination {
             .or_else(|| one_of("friction", &self.friction, &FRICTIONS))
             .or_else(|| one_of("noise", &self.noise, &NOISES))
             .or_else(|| one_of("integrator", &self.integrator, &INTEGRATORS))
-            .or_else(|| {
-                (self.friction == "none" && self.noise != "none").then(|| {
-                    format!(
-                        "`noise` must be \"none\" where `friction` is \"none\" (there is nothing to balance it), got {:?}",
-                        self.noise
-                    )
-                })
-            })
+            .or_else(|| one_of("exchanges", &self.exchanges, &EXCHANGES))
+            .or_else(|| self.mismatch())
             .or_else(|| {
                 (self.integrator == "pair_splitting" && self.noise == "uniform").then(|| {
                     "`noise` must be \"gaussian\" or \"none\" with the integrator \"pair_splitting\" (uniform variates do not keep a Maxwell distribution at large dt), got \"uniform\"".to_string()
                 })
             })
+    }
+
+    /// Names that are right each by itself, but not together.
+    fn mismatch(&self) -> Option<String> {
+        if self.exchanges == "none" {
+            return (self.friction == "none" && self.noise != "none").then(|| {
+                format!(
+                    "`noise` must be \"none\" where `friction` is \"none\" (there is nothing to balance it), got {:?}",
+                    self.noise
+                )
+            });
+        }
+        if self.integrator != "pair_splitting" {
+            return Some(format!(
+                "`integrator` must be \"pair_splitting\" where particles have an energy, got {:?}",
+                self.integrator
+            ));
+        }
+        let without = [Adiabatic::NAME, Conduction::NAME, ConductionVariable::NAME];
+        let frictionless = without.contains(&self.exchanges.as_str());
+        if frictionless != (self.friction == "none") {
+            return Some(format!(
+                "`exchanges` must be one of {without:?} where `friction` is \"none\", and only there, got {:?} and {:?}",
+                self.exchanges, self.friction
+            ));
+        }
+        (self.exchanges == Adiabatic::NAME && self.noise != "none")
+            .then(|| "`noise` must be \"none\" where nothing is exchanged".to_string())
     }
 }
 
@@ -79,13 +120,14 @@ pub fn combinations() -> Vec<Combination> {
             for friction in FRICTIONS {
                 for noise in NOISES {
                     for integrator in INTEGRATORS {
-                        all.push(Combination {
+                        all.extend(EXCHANGES.map(|exchanges| Combination {
                             dimension,
                             kernel: kernel.into(),
                             friction: friction.into(),
                             noise: noise.into(),
                             integrator: integrator.into(),
-                        });
+                            exchanges: exchanges.into(),
+                        }));
                     }
                 }
             }
@@ -100,9 +142,52 @@ pub fn build(wish: &Combination, iterations: u32) -> Result<Box<dyn Integrator>>
     if let Some(objection) = wish.objection() {
         return Err(Error::Invalid(objection));
     }
-    Ok(match wish.dimension {
-        2 => with_kernel::<2>(wish, iterations),
-        _ => with_kernel::<3>(wish, iterations),
+    Ok(match (wish.exchanges.as_str(), wish.dimension) {
+        ("none", 2) => with_kernel::<2>(wish, iterations),
+        ("none", _) => with_kernel::<3>(wish, iterations),
+        (_, 2) => with_exchanges::<2>(wish),
+        _ => with_exchanges::<3>(wish),
+    })
+}
+
+fn with_exchanges<const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
+    match wish.exchanges.as_str() {
+        Adiabatic::NAME => thermal::<Adiabatic, Silent, D>(wish),
+        Full::NAME => thermal_with_noise::<Full, D>(wish),
+        FullVariable::NAME => thermal_with_noise::<FullVariable, D>(wish),
+        Heating::NAME => thermal_with_noise::<Heating, D>(wish),
+        HeatingVariable::NAME => thermal_with_noise::<HeatingVariable, D>(wish),
+        BathAndConduction::NAME => thermal_with_noise::<BathAndConduction, D>(wish),
+        Bath::NAME => thermal_with_noise::<Bath, D>(wish),
+        Conduction::NAME => thermal_with_noise::<Conduction, D>(wish),
+        _ => thermal_with_noise::<ConductionVariable, D>(wish),
+    }
+}
+
+fn thermal_with_noise<X: Exchanges, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
+    if wish.noise == Silent::NAME {
+        thermal::<X, Silent, D>(wish)
+    } else {
+        thermal::<X, Gaussian, D>(wish)
+    }
+}
+
+/// Kernel and form of friction are no types of this loop: one compiled loop serves all of them.
+fn thermal<X: Exchanges, V: Variate, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
+    fn with_kernel<X: Exchanges, V: Variate, K: Kernel, const D: usize>(
+        wish: &Combination,
+    ) -> ThermalSplitting<X, V, D> {
+        match wish.friction.as_str() {
+            General::NAME => ThermalSplitting::new::<K, General>(),
+            Central::NAME => ThermalSplitting::new::<K, Central>(),
+            _ => ThermalSplitting::new::<K, Frictionless>(),
+        }
+    }
+    Box::new(match wish.kernel.as_str() {
+        Lucy::NAME => with_kernel::<X, V, Lucy, D>(wish),
+        QuinticSpline::NAME => with_kernel::<X, V, QuinticSpline, D>(wish),
+        WendlandC2::NAME => with_kernel::<X, V, WendlandC2, D>(wish),
+        _ => with_kernel::<X, V, WendlandC4, D>(wish),
     })
 }
 
@@ -144,7 +229,9 @@ mod tests {
     #[test]
     fn every_listed_combination_builds_and_others_say_why_not() {
         let all = combinations();
-        assert_eq!(all.len(), 2 * 4 * (2 * (2 + 2 + 1) + 2));
+        // isothermal; then friction (2 forms) with noise or without, and without friction
+        let isothermal = 2 * (2 + 2 + 1) + 2;
+        assert_eq!(all.len(), 2 * 4 * (isothermal + 2 * 2 * 6 + 2 * 2 + 1));
         for combination in &all {
             assert!(build(combination, 1).is_ok());
         }
@@ -156,5 +243,14 @@ mod tests {
         wish.noise = "gaussian".into();
         let text = build(&wish, 0).err().unwrap().to_string();
         assert!(text.contains("nothing to balance"));
+        wish.exchanges = "conduction".into();
+        wish.integrator = "velocity_verlet".into();
+        let text = build(&wish, 0).err().unwrap().to_string();
+        assert!(text.contains("`integrator` must be"));
+        wish.integrator = "pair_splitting".into();
+        assert!(build(&wish, 0).is_ok());
+        wish.exchanges = "full".into();
+        let text = build(&wish, 0).err().unwrap().to_string();
+        assert!(text.contains("`exchanges` must be one of"));
     }
 }

@@ -15,9 +15,10 @@ use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
 use crate::state::Particles;
 use crate::sweep::Tally;
+use crate::thermal::{Thermal, ThermalSettings};
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
-use crate::wall::{Field, ModelSettings, WallSettings, Walls};
+use crate::wall::{Field, ModelSettings, WallModel, WallSettings, Walls};
 
 /// A displacement per step, in supports, beyond which a run has gone wrong.
 const RUNAWAY: f64 = 1.0;
@@ -67,6 +68,8 @@ pub struct Settings {
     pub wall_model: ModelSettings,
     /// Places of frozen particles `[length]`, for the model that has them.
     pub frozen: Vec<[f64; 3]>,
+    /// Energies; `None`: the fluid is isothermal.
+    pub thermal: Option<ThermalSettings>,
 }
 
 /// Squared displacements and speed found while moving the particles.
@@ -114,6 +117,8 @@ pub struct Engine {
     pub counters: Counters,
     /// Stress of the particles, where an observer wants it.
     pub tally: Option<Tally>,
+    /// Energies, where particles have some.
+    pub thermal: Option<Thermal>,
     observers: Vec<Arc<Mutex<dyn Observer>>>,
     body_force: BodyForce,
     skin: f64,
@@ -280,14 +285,34 @@ impl Engine {
         let splitting = friction_on.then(|| integrator.shuffles());
         let model = &settings.wall_model;
         walls.set_model(model, &frozen, kernel, splitting, dimension, &cell, &units)?;
+        if settings.thermal.is_some() && walls.model != WallModel::SymmetricImages {
+            return Err(Error::Invalid(
+                "`wall_model` must be \"symmetric_images\" where the fluid has an energy".into(),
+            ));
+        }
+        let grid = Grid::new(&cell, dimension, n, 1.0 + margin);
+        let mut particles = Particles::new(n, drag);
+        let coefficients = [friction.across, friction.along];
+        let blocks = grid.block_count();
+        let thermal = match &settings.thermal {
+            None => None,
+            Some(wish) => Some(Thermal::new(
+                wish,
+                &units,
+                coefficients,
+                &mut particles,
+                blocks,
+            )?),
+        };
         Ok(Self {
             walls,
             body_force: build_body_force(settings, &units)?,
             units,
             dimension,
             cell,
-            particles: Particles::new(n, drag),
-            grid: Grid::new(&cell, dimension, n, 1.0 + margin),
+            particles,
+            thermal,
+            grid,
             list: PairList::default(),
             eos,
             friction,
@@ -634,6 +659,46 @@ impl Engine {
         }
     }
 
+    /// scratch = v + t (f + body force)/2, the mean of the velocities before and after a kick of
+    /// length t, and the body force's work in it.
+    pub(crate) fn mean_velocities(&mut self, t: f64) {
+        let (cell, body) = (self.cell, self.body_force);
+        let Self {
+            particles, thermal, ..
+        } = self;
+        let Some(thermal) = thermal else {
+            return;
+        };
+        particles
+            .scratch
+            .par_iter_mut()
+            .with_min_len(GRAIN)
+            .zip(&particles.velocity)
+            .zip(&particles.force)
+            .zip(&particles.position)
+            .zip(&mut thermal.input)
+            .for_each(|((((mean, v), f), position), input)| {
+                let extra = body.at(position, &cell);
+                let mut work = 0.0;
+                for a in 0..3 {
+                    mean[a] = v[a] + 0.5 * t * (f[a] + extra[a]);
+                    work += extra[a] * mean[a];
+                }
+                *input += t * work;
+            });
+    }
+
+    /// Shows the state after a step of the thermal splitting, with pressures that go with it.
+    pub(crate) fn observe_thermal(&mut self, dt: f64) {
+        if self.observers.is_empty() {
+            return;
+        }
+        if let Some(thermal) = &self.thermal {
+            thermal.pressures(&mut self.particles);
+        }
+        self.observe(dt);
+    }
+
     /// scratch = t f: the change of velocity that half a kick just made (drag part included; a body
     /// force is the same for all near particles only if uniform, so it is part of it).
     pub(crate) fn start_difference(&mut self, t: f64) {
@@ -754,6 +819,7 @@ impl Engine {
             walls: &self.walls,
             eos: self.eos.as_ref(),
             tally: self.tally.as_ref(),
+            thermal: self.thermal.as_ref(),
         };
         self.each_observer(|observer| {
             if self.step.is_multiple_of(observer.every()) {

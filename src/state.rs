@@ -2,6 +2,18 @@
 //! of the support, masses in units of the particle mass. Users never see this order: `row` leads
 //! from a slot to the user's row, which never changes.
 
+/// A field that not every scene has: one number per particle, sorted with the others. Fields of the
+/// state are saved and shown to the user; the rest is of use within a step only.
+#[derive(Debug, Clone)]
+pub struct Scalar {
+    /// Its name, in checkpoints as well.
+    pub name: &'static str,
+    /// Does it belong to the state?
+    pub saved: bool,
+    /// By slot.
+    pub values: Vec<f64>,
+}
+
 /// Structure of arrays in slot order. Lane 3 of a record carries the scalar its neighbours need.
 #[derive(Debug, Default, Clone)]
 pub struct Particles {
@@ -23,6 +35,8 @@ pub struct Particles {
     pub image: Vec<[i32; 3]>,
     /// Differences of velocities, where there is `drag`; empty otherwise.
     pub scratch: Vec<[f64; 4]>,
+    /// Fields by the number that `add_scalar` gave them.
+    pub scalars: Vec<Scalar>,
 }
 
 impl Particles {
@@ -38,7 +52,23 @@ impl Particles {
             row: (0..n as u32).collect(),
             image: vec![[0; 3]; n],
             scratch: vec![[0.0; 4]; if with_drag { n } else { 0 }],
+            scalars: Vec::new(),
         }
+    }
+
+    /// A new field of zeros; returns its number.
+    pub fn add_scalar(&mut self, name: &'static str, saved: bool) -> usize {
+        self.scalars.push(Scalar {
+            name,
+            saved,
+            values: vec![0.0; self.len()],
+        });
+        self.scalars.len() - 1
+    }
+
+    /// Numbers of the fields of the state.
+    pub fn saved_scalars(&self) -> impl Iterator<Item = (usize, &Scalar)> {
+        self.scalars.iter().enumerate().filter(|(_, s)| s.saved)
     }
 
     /// Number of particles.
@@ -81,6 +111,14 @@ impl Particles {
             self.id[k] = from[0].to_bits();
             self.row[k] = from[1].to_bits() as u32;
         }
+        for Scalar { values, .. } in &mut self.scalars {
+            for (to, &from) in self.force.iter_mut().zip(order) {
+                to[0] = values[from as usize];
+            }
+            for (value, from) in values.iter_mut().zip(&self.force) {
+                *value = from[0];
+            }
+        }
     }
 }
 
@@ -99,6 +137,8 @@ mod tests {
             particles.image[k] = [-(k as i32), k as i32, 7];
             particles.id[k] = u64::MAX - k as u64;
         }
+        let heat = particles.add_scalar("heat", true);
+        particles.scalars[heat].values = (0..n).map(|k| 30.0 + k as f64).collect();
         let order = [3, 1, 4, 0, 2];
         particles.permute(&order);
         for (k, &from) in order.iter().enumerate() {
@@ -108,6 +148,7 @@ mod tests {
             assert_eq!(particles.image[k], [-(from as i32), from as i32, 7]);
             assert_eq!(particles.id[k], u64::MAX - u64::from(from));
             assert_eq!(particles.row[k], from);
+            assert_eq!(particles.scalars[heat].values[k], 30.0 + f64::from(from));
         }
     }
 }

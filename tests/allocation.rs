@@ -9,6 +9,7 @@ use sdpd::observe::{Correlator, Currents, Parts, StressCorrelator};
 use sdpd::registry::Combination;
 use sdpd::relax::{normal_velocities, uniform_positions};
 use sdpd::simulation::{Engine, Settings};
+use sdpd::thermal::ThermalSettings;
 use sdpd::wall::{Field, WallSettings};
 
 struct Counting;
@@ -57,13 +58,20 @@ impl Around {
 fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
     let (n, edge, support) = (1728, 12.0, 2.65);
     let open = around == Around::Nothing;
+    let thermal = integrator.ends_with("/thermal");
+    let heat = match around {
+        Around::Nothing => 0,
+        Around::Planes => 4,
+        Around::Field => 1,
+    };
     let settings = Settings {
         combination: Combination {
             dimension: 3,
             kernel: "lucy".into(),
             friction: "general".into(),
             noise: "gaussian".into(),
-            integrator: integrator.into(),
+            integrator: integrator.split('/').next().unwrap_or_default().into(),
+            exchanges: if thermal { "full_variable" } else { "none" }.into(),
         },
         edges: vec![edge; 3],
         support,
@@ -95,6 +103,15 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
         } else {
             Vec::new()
         },
+        thermal: thermal.then(|| ThermalSettings {
+            eos: ("ideal_gas".into(), vec![100.0, 25.0, 0.0], String::new()),
+            boltzmann: 1.0,
+            conductivity: 500.0,
+            exponents: [0.7, 0.7],
+            reference: 1.0,
+            bookkeeping: true,
+            walls: vec![("isothermal".into(), vec![1.1, 0.0, 0.0, 0.0]); heat],
+        }),
     };
     let mut engine = Engine::new(n, &settings).unwrap();
     let positions = uniform_positions(n, 3, 5);
@@ -104,6 +121,10 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
         let position = std::array::from_fn(|a| positions[3 * row + a] * edge / h);
         let velocity = std::array::from_fn(|a| velocities[3 * row + a]);
         engine.place(row, position, velocity);
+    }
+    if let Some(thermal) = &engine.thermal {
+        let (field, heat) = (thermal.fields.heat, thermal.heat(1.0));
+        engine.particles.scalars[field].values.fill(heat);
     }
     engine.renew(true).unwrap();
     engine.run(20, 1e-6).unwrap();
@@ -171,6 +192,8 @@ fn a_step_allocates_nothing() {
         ("pair_splitting", false),
         ("velocity_verlet", true),
         ("pair_splitting", true),
+        ("pair_splitting/thermal", false),
+        ("pair_splitting/thermal", true),
     ] {
         for threads in [1, 2] {
             for around in [

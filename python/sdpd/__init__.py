@@ -28,6 +28,7 @@ from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.regime import Regime
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
+from sdpd.wall_heat import Adiabatic, HeatFlux, Isothermal
 from sdpd.wall_models import Completion, FrozenParticles, OwnFootImages, SymmetricImages
 from sdpd.walls import Cylinder, LevelSet, Mesh, Plane, Polyline, Sphere
 
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 __version__: str
 
 __all__ = [
+    "Adiabatic",
     "BinAverage",
     "Box",
     "CheckpointError",
@@ -65,6 +67,8 @@ __all__ = [
     "FieldAverage",
     "Fluid",
     "FrozenParticles",
+    "HeatFlux",
+    "Isothermal",
     "LatticeStart",
     "LevelSet",
     "Mesh",

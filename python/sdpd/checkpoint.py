@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sdpd import integrators, running, timestep, validation, wall_motion
+from sdpd import initial, integrators, running, timestep, validation, wall_motion
 from sdpd.errors import CheckpointError, SdpdWarning
 from sdpd.scene import Scene
 
@@ -51,7 +51,14 @@ _ARRAYS: dict[str, tuple[str, int]] = {
     "list_reference": ("<f8", 3),  # or no rows at all
 }
 
+# Of particles with an energy.
+_ENERGY: dict[str, tuple[str, int]] = {"thermal_energy": ("<f8", 0)}
+
 Blobs = dict[str, NDArray[Any]]
+
+
+def _arrays(energy: bool) -> dict[str, tuple[str, int]]:
+    return {**_ARRAYS, **_ENERGY} if energy else _ARRAYS
 
 
 def _machine() -> dict[str, str]:
@@ -98,7 +105,7 @@ def _digest(header: dict[str, Any], arrays: Blobs) -> str:
 def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
     state = sim._core.state()
     arrays: Blobs = {}
-    for name, (kind, columns) in _ARRAYS.items():
+    for name, (kind, columns) in _arrays(sim.scene.active_effects.energy).items():
         flat = np.frombuffer(state[name], dtype=kind)
         arrays[name] = flat.reshape(-1, columns) if columns else flat
     header: dict[str, Any] = {
@@ -116,6 +123,8 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "wall_force": [float(x) for x in state["wall_force"]],
         "wall_motions": [wall_motion.motion(wall) for wall in sim.walls],
     }
+    if "accounts" in state:
+        header["accounts"] = [float(x) for x in state["accounts"]]
     header["digest"] = _digest(header, arrays)
     return header, arrays
 
@@ -206,7 +215,8 @@ class _Reader:
         try:
             with self.path.open("rb") as file, zipfile.ZipFile(file) as archive:
                 header = self.header(archive)
-                arrays = {name: self.array(archive, name, header) for name in _ARRAYS}
+                names = _arrays("accounts" in header)
+                arrays = {name: self.array(archive, name, header) for name in names}
         except zipfile.BadZipFile as error:
             raise self.fail(f"it is damaged, truncated or not a checkpoint ({error})") from None
         except (EOFError, zlib.error, NotImplementedError, RuntimeError) as error:
@@ -216,7 +226,7 @@ class _Reader:
         return header, arrays
 
     def array(self, archive: zipfile.ZipFile, name: str, header: dict[str, Any]) -> NDArray[Any]:
-        kind, columns = _ARRAYS[name]
+        kind, columns = _arrays(True)[name]
         try:
             content = archive.read(f"{name}.npy")
             array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
@@ -254,6 +264,8 @@ class _Content:
             timestep.bounds(self.scene, self.integrator, **self.accuracy)
             self.state: dict[str, Any] = {name: self.header["clock"][name] for name in _CLOCK}
             self.state["wall_force"] = [float(x) for x in self.header["wall_force"]]
+            if self.scene.active_effects.energy:
+                self.state["accounts"] = [float(x) for x in self.header["accounts"]]
             self.walls = wall_motion.with_motions(
                 self.scene.walls, self.header["wall_motions"], self.scene.box
             )
@@ -271,6 +283,7 @@ class _Content:
                 f"it holds {self.header['particles']} particles, its scene {self.scene.n_particles}"
             )
         expected = {**self.scene.core_arguments(), "integrator": self.integrator.name}
+        expected = integrators.with_books(expected, self.integrator)
         for name, value in _written(expected).items():
             its = self.header["settings"].get(name)
             if not _agree(its, value):
@@ -315,12 +328,19 @@ def _core_settings(plain: dict[str, Any]) -> dict[str, Any]:
         settings["body_force"] = (amplitude, None if wave is None else tuple(wave))
     if "walls" in settings:
         settings["walls"] = [(kind, numbers) for kind, numbers in settings["walls"]]
+    if "thermal" in settings:
+        thermal = dict(settings["thermal"])
+        thermal["eos"] = tuple(thermal["eos"])
+        thermal["walls"] = [(kind, numbers) for kind, numbers in thermal["walls"]]
+        settings["thermal"] = thermal
     return settings
 
 
 def _agree(one: Any, other: Any) -> bool:
     if isinstance(one, list) and isinstance(other, list):
         return len(one) == len(other) and all(map(_agree, one, other))
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_agree(one[key], other[key]) for key in one)
     numbers = (int, float)
     if isinstance(one, numbers) and isinstance(other, numbers):
         return math.isclose(one, other, rel_tol=1e-9)
@@ -398,7 +418,13 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
             integrator=content.integrator,
             settings=settings,
             threads=count,
-            core=simulation._new_core(points, np.zeros_like(points), settings, count),
+            core=simulation._new_core(
+                points,
+                np.zeros_like(points),
+                settings,
+                count,
+                initial.temperatures(content.scene, None),
+            ),
             dt=content.dt,
             accuracy=content.accuracy,
             state=content.state,

@@ -44,6 +44,8 @@ class DiscreteFactors:
         eta_eff/eta, of a long shear wave along a lattice axis.
     friction : float
         Friction rate of a particle over (a + b/D) I_F / rho.
+    conductivity : float
+        kappa_eff/kappa, of a long wave of temperature along a lattice axis.
     partners : float
         Effective number of partners that share the friction of a particle, (sum g)^2/sum g^2.
     """
@@ -52,6 +54,7 @@ class DiscreteFactors:
     viscosity: float
     friction: float
     partners: float
+    conductivity: float = 1.0
 
 
 def pairs_per_particle(dimension: int, support: float) -> float:
@@ -113,6 +116,7 @@ def discrete_factors(
         viscosity=delivered / eta if eta > 0.0 else 1.0,
         friction=float(g.sum()) / mean_field,
         partners=float(g.sum()) ** 2 / float(g @ g),
+        conductivity=float(np.sum(g * x2)),
     )
 
 

@@ -109,6 +109,10 @@ class SinusoidalForce(BodyForce):
                 raise ValueError(f"`{name}` must be an axis of the box ({axes!r}), got {axis!r}")
 
 
+_THERMAL = ("viscous_heating", "conduction", "variable_transport")
+_OPTIONAL = ("fluctuations", "dissipation", "bulk_viscosity", "body_force", "energy", *_THERMAL)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Effects:
     """What is switched on. None derives it from the scene; True or False overrides.
@@ -123,6 +127,18 @@ class Effects:
         Derived: on if the fluid has one.
     body_force : bool, optional
         Derived: on if the scene has one.
+    energy : bool, optional
+        Particles have an internal energy, a temperature and an entropy. Derived: on if heat passes
+        a wall in a way of its own (`sdpd.Isothermal(T)`, `Adiabatic`, `HeatFlux`). The equation of
+        state becomes a caloric one with the heat capacity of the fluid.
+    viscous_heating : bool, optional
+        Friction heats, and its noise takes from the energies what it gives. Off: friction acts
+        against a bath of the local temperature. Derived: on with energy and dissipation.
+    conduction : bool, optional
+        Heat conduction, with its noise. Derived: on with energy if the fluid has a conductivity.
+    variable_transport : bool, optional
+        Viscosities and conductivity follow the temperature. Derived: on with energy if the fluid
+        has exponents for it.
     central_friction : bool
         The friction along the line of centres only, which conserves angular momentum and fixes the
         bulk viscosity at eta (1 + 2/D).
@@ -132,18 +148,24 @@ class Effects:
     dissipation: bool | None = None
     bulk_viscosity: bool | None = None
     body_force: bool | None = None
+    energy: bool | None = None
+    viscous_heating: bool | None = None
+    conduction: bool | None = None
+    variable_transport: bool | None = None
     central_friction: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("fluctuations", "dissipation", "bulk_viscosity", "body_force"):
+        for name in _OPTIONAL:
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, validation.boolean(f"effects.{name}", value))
         central = validation.boolean("effects.central_friction", self.central_friction)
         object.__setattr__(self, "central_friction", central)
 
-    def resolve(self, fluid: Fluid, dimension: int, body_force: BodyForce | None) -> ActiveEffects:
-        """The effects that act, each with its reason.
+    def resolve(
+        self, fluid: Fluid, dimension: int, body_force: BodyForce | None, *, heated: bool = False
+    ) -> ActiveEffects:
+        """The effects that act; `heated`: heat passes a wall in a way of its own.
 
         Raises
         ------
@@ -155,8 +177,10 @@ class Effects:
         dissipation = viscous if self.dissipation is None else self.dissipation
         if dissipation and not viscous:
             raise ValueError("`effects.dissipation` must be False as the fluid has no viscosity")
-        fluctuations = dissipation if self.fluctuations is None else self.fluctuations
-        if fluctuations and not dissipation:
+        thermal = self._thermal(fluid, dissipation, heated)
+        dissipative = dissipation or thermal["conduction"]
+        fluctuations = dissipative if self.fluctuations is None else self.fluctuations
+        if fluctuations and not dissipative:
             raise ValueError(
                 "`effects.fluctuations` must be False without dissipation: the noise balances the "
                 "friction"
@@ -187,7 +211,48 @@ class Effects:
             body_force=force,
             central_friction=self.central_friction and dissipation,
             effective_bulk_viscosity=min(zeta, limit) if dissipation else 0.0,
+            **thermal,
         )
+
+    def _thermal(self, fluid: Fluid, dissipation: bool, heated: bool) -> dict[str, bool]:
+        """Energy, heating, conduction and variable transport."""
+        energy = heated if self.energy is None else self.energy
+        if not energy:
+            if heated:
+                raise ValueError(
+                    "`effects.energy` must not be False where walls have a temperature or a heat "
+                    "flux of their own"
+                )
+            for name in _THERMAL:
+                if getattr(self, name):
+                    raise ValueError(f"`effects.{name}` must not be True without energy")
+            return dict.fromkeys(("energy", *_THERMAL), False)
+        if fluid.heat_capacity is None:
+            raise ValueError("`effects.energy` must be False as `fluid.heat_capacity` is None")
+        heating = dissipation if self.viscous_heating is None else self.viscous_heating
+        if heating and not dissipation:
+            raise ValueError("`effects.viscous_heating` must be False without dissipation")
+        conductive = fluid.thermal_conductivity is not None
+        conduction = conductive if self.conduction is None else self.conduction
+        if conduction and not conductive:
+            raise ValueError(
+                "`effects.conduction` must be False as `fluid.thermal_conductivity` is None"
+            )
+        varies = (heating and fluid.viscosity_exponent != 0.0) or (
+            conduction and fluid.conductivity_exponent != 0.0
+        )
+        variable = varies if self.variable_transport is None else self.variable_transport
+        if variable and not varies:
+            raise ValueError(
+                "`effects.variable_transport` must be False as no exponent of the fluid is other "
+                "than 0 (of the viscosity it needs viscous heating, too)"
+            )
+        return {
+            "energy": True,
+            "viscous_heating": heating,
+            "conduction": conduction,
+            "variable_transport": variable,
+        }
 
     def _central(self, fluid: Fluid, limit: float) -> tuple[bool, float]:
         if self.bulk_viscosity is False:
@@ -220,9 +285,32 @@ class ActiveEffects:
     body_force: bool
     central_friction: bool
     effective_bulk_viscosity: float
+    energy: bool = False
+    viscous_heating: bool = False
+    conduction: bool = False
+    variable_transport: bool = False
+
+    @property
+    def exchanges(self) -> str:
+        """What exchanges energy, as the core names it; "none" for an isothermal fluid."""
+        if not self.energy:
+            return "none"
+        variable = "_variable" if self.variable_transport else ""
+        if not self.dissipation:
+            return f"conduction{variable}" if self.conduction else "adiabatic"
+        if not self.viscous_heating:
+            return "bath_conduction" if self.conduction else "bath"
+        return ("full" if self.conduction else "heating") + variable
 
     def __str__(self) -> str:
-        names = ("fluctuations", "dissipation", "bulk_viscosity", "body_force", "central_friction")
+        names: tuple[str, ...] = (
+            "fluctuations",
+            "dissipation",
+            "bulk_viscosity",
+            "body_force",
+            "central_friction",
+        )
+        names += ("energy", *_THERMAL) if self.energy else ("energy",)
         on = [name.replace("_", " ") for name in names if getattr(self, name)]
         off = [name.replace("_", " ") for name in names if not getattr(self, name)]
         return f"on: {', '.join(on) or 'none'}; off: {', '.join(off) or 'none'}"

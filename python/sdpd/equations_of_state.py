@@ -6,13 +6,17 @@ that of the scene unless given here, so that one object serves every resolution.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sdpd import validation
+
+if TYPE_CHECKING:
+    from sdpd.fluids import Fluid
 
 __all__ = [
     "ArtificialCompressibility",
@@ -25,6 +29,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+_PLANCK = 6.62607015e-34  # J s, exact in the SI since 2019
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +70,18 @@ class EquationOfState:
         rho0 = self.reference_density or validation.positive("reference_density", reference_density)
         c = self.sound_speed or validation.positive("sound_speed", sound_speed)
         return self.kind, self.parameters(rho0, c)
+
+    def caloric(
+        self, fluid: Fluid, reference_density: float, sound_speed: float
+    ) -> tuple[str, list[float], str]:
+        """The caloric equation of state whose isotherm this is, for the core.
+
+        P = P_0(rho) + alpha rho_0 c^2 (T - T_0), and the heat capacity of the fluid.
+        """
+        kind, parameters = self.core(reference_density, sound_speed)
+        assert fluid.heat_capacity is not None
+        slope = fluid.thermal_expansion * fluid.density * sound_speed**2
+        return "liquid", [fluid.heat_capacity, slope, fluid.temperature, *parameters], kind
 
     def evaluate(
         self, density: ArrayLike, *, reference_density: float, sound_speed: float
@@ -195,6 +212,29 @@ class IdealGas(EquationOfState):
 
     def parameters(self, rho0: float, c: float) -> list[float]:
         return [c]
+
+    def caloric(
+        self, fluid: Fluid, reference_density: float, sound_speed: float
+    ) -> tuple[str, list[float], str]:
+        """P = rho R T with R = c^2/T_0; entropy of Sackur and Tetrode for a monatomic gas.
+
+        Where c_v is 3 R/2, R = k_B over the mass of a molecule and the units are those of the SI,
+        the entropy is absolute; else it is 0 at the density and the temperature of the fluid.
+        """
+        _, [c] = self.core(reference_density, sound_speed)
+        capacity, temperature = fluid.heat_capacity, fluid.temperature
+        assert capacity is not None
+        gas_constant = c**2 / temperature
+        constant = gas_constant * math.log(fluid.density) - capacity * math.log(temperature)
+        molecule = fluid.molecular_mass
+        if molecule is not None and fluid.is_si and fluid.dimension != 2:
+            monatomic = math.isclose(capacity, 1.5 * gas_constant, rel_tol=1e-6)
+            own = fluid.boltzmann_constant / molecule
+            if monatomic and math.isclose(gas_constant, own, rel_tol=1e-6):
+                # s = R (5/2 + ln[(m/rho) (2 pi m k T/h^2)^(3/2)]), Y 2.49
+                wave = 2.0 * math.pi * molecule * fluid.boltzmann_constant / _PLANCK**2
+                constant = gas_constant * (2.5 + math.log(molecule) + 1.5 * math.log(wave))
+        return "ideal_gas", [gas_constant, capacity, constant], ""
 
 
 @dataclass(frozen=True, kw_only=True)

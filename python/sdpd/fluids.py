@@ -53,6 +53,13 @@ class Fluid:
         kappa; tells how strong viscous heating is.
     heat_capacity : float, optional
         c_v [energy/(mass temperature)].
+    thermal_expansion : float
+        alpha = -(1/rho) drho/dT at constant pressure [1/temperature]: how the pressure of a liquid
+        with an energy goes with its temperature, dP/dT = alpha rho c^2. (Of an ideal gas it is 1/T
+        by itself.)
+    viscosity_exponent, conductivity_exponent : float
+        n of eta, zeta ~ T^n and of kappa ~ T^n [1]; the values above are those at `temperature`.
+        About 0.7 for gases (Y 4.1, 4.2).
     molecular_mass, molecular_diameter, mean_free_path : float, optional
         Of the molecules: tell where the continuum ends.
     equation_of_state : EquationOfState
@@ -72,6 +79,9 @@ class Fluid:
     sound_speed: float | None = None
     thermal_conductivity: float | None = None
     heat_capacity: float | None = None
+    thermal_expansion: float = 0.0
+    viscosity_exponent: float = 0.0
+    conductivity_exponent: float = 0.0
     molecular_mass: float | None = None
     molecular_diameter: float | None = None
     mean_free_path: float | None = None
@@ -88,6 +98,8 @@ class Fluid:
         for field in _OPTIONAL:
             value = validation.optional_positive(field, getattr(self, field))
             object.__setattr__(self, field, value)
+        for field in ("thermal_expansion", "viscosity_exponent", "conductivity_exponent"):
+            object.__setattr__(self, field, validation.finite(field, getattr(self, field)))
         expected = "an equation of state (sdpd.eos)"
         validation.instance("equation_of_state", self.equation_of_state, EquationOfState, expected)
         if self.equation_of_state.kind not in KINDS:

@@ -152,6 +152,23 @@ class Geometry:
             total += float(share.sum()) / len(offsets)
         return total * float(np.prod(edges)), float(max(distance.max(initial=0.0), 0.0))
 
+    def area(self, index: int) -> float:
+        """Area of a wall in the box [length^(D-1)]; NaN where it has no simple one."""
+        wall = self.walls[index]
+        lengths = [high - low for low, high in self.extents]
+        if isinstance(wall, Plane):
+            axis = int(np.argmax(np.abs(wall.frame(self.box)[1])))
+            if not self.is_cuboid:
+                return float("nan")
+            return float(np.prod([length for k, length in enumerate(lengths) if k != axis]))
+        if isinstance(wall, ShapedWall):
+            return wall.measure(self.box)
+        if isinstance(wall, Sphere):
+            return float(4.0 * np.pi * wall.radius**2)
+        assert isinstance(wall, Cylinder)
+        length = lengths[AXES.index(wall.axis)] if self.box.dimension == 3 else 1.0
+        return float(2.0 * np.pi * wall.radius * length)
+
     def check_closed(self) -> None:
         """Raise ValueError where the fluid reaches an end of the box that is not periodic."""
         dimension, lengths = self.box.dimension, self.box.lengths

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sdpd import validation
 from sdpd.box import AXES, Box
@@ -321,3 +321,27 @@ def check_velocities(scene: Scene, value: Any) -> Array:
         If they are not a finite (N, D) array.
     """
     return validation.real_array("velocities", value, (scene.n_particles, scene.dimension))
+
+
+def check_temperatures(scene: Scene, value: ArrayLike) -> Array:
+    """Temperatures of the particles, (N,), finite and > 0; one number is that of all."""
+    number = scene.n_particles
+    if np.ndim(value) == 0:
+        return np.full(number, validation.positive("temperatures", value))
+    array = validation.real_array("temperatures", value, (number,))
+    if not array.min() > 0.0:
+        row = int(np.argmin(array))
+        raise ValueError(f"`temperatures` must be > 0, got {array[row]:g} in row {row}")
+    return array
+
+
+def temperatures(scene: Scene, value: ArrayLike | None) -> Array | None:
+    """Temperatures of the start: those given or that of the fluid; None if it has no energy."""
+    if not scene.active_effects.energy:
+        if value is not None:
+            raise ValueError(
+                "`temperatures` must be None for a fluid without an energy; make the scene with "
+                "effects=sdpd.Effects(energy=True)"
+            )
+        return None
+    return check_temperatures(scene, scene.fluid.temperature if value is None else value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,41 @@ if TYPE_CHECKING:
 __all__ = ["Particles"]
 
 Array = NDArray[np.float64]
+
+
+def _without_energy(name: str) -> AttributeError:
+    return AttributeError(
+        f"`{name}` are those of a fluid with an energy: make the scene with "
+        "effects=sdpd.Effects(energy=True)"
+    )
+
+
+@dataclass(frozen=True)
+class EnergyAccounts:
+    """Energy that a fluid has exchanged, see `Simulation.energy_accounts`.
+
+    The total energy has changed by ``body_work + sum(wall_work) - sum(wall_heat)``, to rounding
+    where the integrator keeps the books.
+
+    Attributes
+    ----------
+    body_work : float
+        Work of the body force [energy]; kept where the integrator keeps the books.
+    wall_heat : ndarray of float64, shape (walls,)
+        Heat that each wall has received [energy].
+    wall_work : ndarray of float64, shape (walls,)
+        Work that each wall has done on the fluid by moving [energy].
+    discarded : float
+        What adiabats alone would have added to the energy [energy].
+    refused : int
+        Updates of pairs that would have left a particle without energy and were not made.
+    """
+
+    body_work: float
+    wall_heat: Array
+    wall_work: Array
+    discarded: float
+    refused: int
 
 
 class Particles:
@@ -97,6 +133,41 @@ class Particles:
         return self._core.pressures
 
     @property
+    def temperatures(self) -> Array:
+        """Temperatures of the particles, (N,) [temperature]; a live view, writable.
+
+        Only of a fluid with an energy (``sdpd.Effects(energy=True)``), like the next two; their
+        motion has a temperature of its own, `temperature`.
+        """
+        return self._energetic("temperatures", self._core.temperatures)
+
+    @temperatures.setter
+    def temperatures(self, value: ArrayLike) -> None:
+        self._assign(self.temperatures, initial.check_temperatures(self._scene, value))
+
+    @property
+    def internal_energies(self) -> Array:
+        """Internal energies of the particles, (N,) [energy]; read-only view.
+
+        Their zero depends on the equation of state.
+        """
+        return self._energetic("internal_energies", self._core.internal_energies)
+
+    @property
+    def entropies(self) -> Array:
+        """Entropies of the particles, (N,) [energy/temperature]; read-only view.
+
+        Absolute for a monatomic gas in SI units, else zero at the state that the equation of state
+        refers to.
+        """
+        return self._energetic("entropies", self._core.entropies)
+
+    def _energetic(self, name: str, view: Array | None) -> Array:
+        if view is None:
+            raise _without_energy(name)
+        return view
+
+    @property
     def ids(self) -> NDArray[np.uint64]:
         """Persistent ids, (N,); read-only view."""
         return self._core.ids
@@ -130,6 +201,46 @@ class Particles:
         energy = self._scene.particle_mass * float(np.square(peculiar).sum())
         freedom = dimension * max(1, number - 1)
         return float(energy / (freedom * self._scene.fluid.boltzmann_constant))
+
+    @property
+    def internal_energy(self) -> float:
+        """Sum of the particles' internal energies [energy]."""
+        return float(self.internal_energies.sum())
+
+    @property
+    def total_energy(self) -> float:
+        """Kinetic and internal energy [energy]; of an isothermal fluid kinetic and potential."""
+        if self._scene.active_effects.energy:
+            return self.kinetic_energy + self.internal_energy
+        return self.kinetic_energy + self.potential_energy
+
+    @property
+    def entropy(self) -> float:
+        """Sum of the particles' entropies [energy/temperature]."""
+        return float(self.entropies.sum())
+
+    def energy_accounts(self) -> EnergyAccounts:
+        """Where energy has come from and gone to since the simulation was made.
+
+        Returns
+        -------
+        EnergyAccounts
+
+        Raises
+        ------
+        AttributeError
+            If the fluid has no energy.
+        """
+        accounts = self._core.energy_accounts()
+        if accounts is None:
+            raise _without_energy("energy_accounts")
+        return EnergyAccounts(
+            body_work=accounts["body_work"],
+            wall_heat=accounts["walls"][:, 0].copy(),
+            wall_work=accounts["walls"][:, 1].copy(),
+            discarded=accounts["discarded"],
+            refused=accounts["refused"],
+        )
 
     def force_parts(self, step: int | None = None) -> dict[str, Array]:
         """The force of the present state, part by part.

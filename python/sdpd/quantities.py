@@ -9,15 +9,19 @@ from __future__ import annotations
 import math
 from functools import cached_property
 
+import numpy as np
+
 from sdpd import kernels, loading, structure
 from sdpd.box import AXES, Box
 from sdpd.discretization import DiscreteFactors, discrete_factors, pairs_per_particle
 from sdpd.effects import ActiveEffects, BodyForce, Effects, SinusoidalForce, UniformForce
+from sdpd.equations_of_state import IdealGas
 from sdpd.fluids import Fluid
 from sdpd.geometry import Geometry
 from sdpd.initial import LatticeStart, Start
 from sdpd.resolution import Layout, Resolution
 from sdpd.sound import CompressedState, SoundSpeed, choose_sound_speed
+from sdpd.wall_heat import Isothermal
 from sdpd.walls import Wall
 
 __all__ = ["SceneQuantities"]
@@ -113,7 +117,8 @@ class SceneQuantities:
     @cached_property
     def active_effects(self) -> ActiveEffects:
         """What acts, after derivation and overrides."""
-        return self.effects.resolve(self.fluid, self.dimension, self.body_force)
+        heated = any(wall.heat != Isothermal() for wall in self.walls)
+        return self.effects.resolve(self.fluid, self.dimension, self.body_force, heated=heated)
 
     @property
     def starts_thermal(self) -> bool:
@@ -174,6 +179,11 @@ class SceneQuantities:
             return SoundSpeed(math.sqrt(squared), "given by the equation of state", ())
         if self.sound_speed is not None:
             return SoundSpeed(self.sound_speed, "given", ())
+        gas = isinstance(law, IdealGas) and self.fluid.sound_speed is not None
+        if gas and self.active_effects.energy:
+            # A softer gas would have another energy.
+            assert self.fluid.sound_speed is not None
+            return SoundSpeed(self.fluid.sound_speed, "that of the gas, which has an energy", ())
         force = self.body_force if self.active_effects.body_force else None
         return choose_sound_speed(
             thermal_speed=self.thermal_speed,
@@ -290,6 +300,51 @@ class SceneQuantities:
     def friction_time(self) -> float:
         """tau = m/<sum_j g_ij (a + b/D)> of a particle, with its lattice factor [time]."""
         return self.friction_time_continuum / self.factors.friction
+
+    # --- energy -----------------------------------------------------------------------------
+
+    @property
+    def caloric(self) -> tuple[str, list[float], str]:
+        """Caloric equation of state for the core, of a fluid with an energy."""
+        law = self.fluid.equation_of_state
+        return law.caloric(self.fluid, self.fluid.density, self.sound.speed)
+
+    @property
+    def heat_capacity_number(self) -> float:
+        """C/k_B of a particle [1]; inf where the fluid has no heat capacity."""
+        if self.fluid.heat_capacity is None:
+            return math.inf
+        return self.fluid.heat_capacity * self.particle_mass / self.fluid.boltzmann_constant
+
+    @cached_property
+    def adiabatic_ratio(self) -> float:
+        """Square of the adiabatic over the isothermal speed of sound [1]; 1 without an energy."""
+        if not self.active_effects.energy:
+            return 1.0
+        from sdpd import _core
+
+        at = [np.array([value]) for value in (self.fluid.density, self.fluid.temperature)]
+        parts = _core.caloric_evaluate(self.caloric, *at)
+        return float(parts[4][0] / parts[3][0])
+
+    @property
+    def conductivity(self) -> float:
+        """kappa, as used [energy/(time temperature length^(D-2))]."""
+        kappa = self.fluid.thermal_conductivity or 0.0
+        return kappa / self.factors.conductivity if self.calibrate else kappa
+
+    @property
+    def conduction_time(self) -> float:
+        """tau_q = rho c_v/(2 kappa I_F), in which conduction evens a particle out [time].
+
+        With the lattice factor of the friction rate; inf without conduction.
+        """
+        fluid, active = self.fluid, self.active_effects
+        if not active.conduction or not fluid.thermal_conductivity or not fluid.heat_capacity:
+            return math.inf
+        integral = kernels.get(self.resolution.kernel).friction_integral[self.dimension - 2]
+        rate = 2.0 * self.conductivity * integral * self.factors.friction
+        return fluid.density * fluid.heat_capacity * self.support_radius**2 / rate
 
     @property
     def self_diffusion_continuum(self) -> float:

@@ -266,7 +266,11 @@ def _friction_rows(scene: Scene, integrator: Integrator | str | None) -> list[Re
     if not scene.active_effects.dissipation:
         return []
     eta, sc = scene.reduced_viscosity, scene.schmidt_number
-    chosen = resolve(integrator, fluctuations=scene.active_effects.fluctuations)
+    chosen = resolve(
+        integrator,
+        fluctuations=scene.active_effects.fluctuations,
+        energy=scene.active_effects.energy,
+    )
     step = timestep.auto_time_step(scene, chosen)
     ratio = step.value / scene.friction_time
     errors = timestep.expected_errors(scene, step.value, chosen)

@@ -20,6 +20,7 @@ from sdpd.fluids import Fluid
 from sdpd.initial import LatticeStart, RandomStart, Start
 from sdpd.quantities import SceneQuantities
 from sdpd.resolution import Resolution
+from sdpd.wall_heat import HeatFlux
 from sdpd.wall_models import MODELS, SymmetricImages, WallModel
 from sdpd.walls import ShapedWall, Wall
 
@@ -63,8 +64,9 @@ class Scene(SceneQuantities):
         L0 [length]; the wavelength of a sinusoidal force, else the shortest edge of the box.
     calibrate : bool
         Divide the friction by the lattice factor eta_eff/eta of kernel and support, so that the
-        fluid of particles delivers the asked viscosity. (Friction rate and self-diffusion have
-        another factor and cannot be right at once.) Refused where that factor is below 0.5.
+        fluid of particles delivers the asked viscosity, and likewise the conductivity by its own.
+        (Friction rate and self-diffusion have another factor and cannot be right at once.) Refused
+        where that factor is below 0.5.
     walls : sequence of Plane, Cylinder, Sphere, Polyline, Mesh or LevelSet
         They must close every axis along which the box is not periodic, and be one support apart
         or meet at right angles. Edges at any angle and narrow gaps belong into one Polyline, Mesh
@@ -163,6 +165,12 @@ class Scene(SceneQuantities):
             expected = "a wall, e.g. sdpd.Plane(axis='z', at=0.0)"
             validation.instance(f"walls[{index}]", wall, Wall, expected)
             wall.check(self.box, f"walls[{index}]")
+            wall.heat.check(self.box, f"walls[{index}].heat")
+            if isinstance(wall.heat, HeatFlux) and math.isnan(self.geometry.area(index)):
+                raise ValueError(
+                    f"`walls[{index}].heat` must not be a HeatFlux where the wall's area in the "
+                    "fluid is not known; use a Polyline, Mesh or LevelSet"
+                )
         self.geometry.check_closed()
 
     def _check_wall_images(self) -> None:
@@ -201,8 +209,14 @@ class Scene(SceneQuantities):
     def _check_wall_model(self) -> None:
         names = ", ".join(kind.__name__ for kind in MODELS.values())
         validation.instance("wall_model", self.wall_model, WallModel, f"one of sdpd.{names}")
-        if self.walls:
-            self.wall_model.check(self)
+        if not self.walls:
+            return
+        if self.active_effects.energy and self.wall_model != SymmetricImages():
+            raise ValueError(
+                "`wall_model` must be SymmetricImages where the fluid has an energy: the other "
+                f"models know no heat, got {self.wall_model!r}"
+            )
+        self.wall_model.check(self)
 
     def _check_own_images(self) -> None:
         """Fluid inside a round wall must not reach its periodic image through the wall."""
@@ -354,7 +368,30 @@ class Scene(SceneQuantities):
             "flow_speed": self.flow_speed or 0.0,
             **self.wall_arguments(),
             **self.model_arguments(),
+            **self._thermal_arguments(),
         }
+
+    def _thermal_arguments(self) -> dict[str, Any]:
+        """What the core wants of a fluid with an energy; nothing else."""
+        active, fluid = self.active_effects, self.fluid
+        if not active.energy:
+            return {}
+        variable = active.variable_transport
+        thermal = {
+            "eos": self.caloric,
+            "boltzmann_constant": fluid.boltzmann_constant,
+            "conductivity": self.conductivity if active.conduction else 0.0,
+            "exponents": [
+                fluid.viscosity_exponent if variable else 0.0,
+                fluid.conductivity_exponent if variable else 0.0,
+            ],
+            "reference_temperature": fluid.temperature,
+            "walls": [
+                wall.heat.core(fluid.temperature, self.geometry.area(index), self.dimension)
+                for index, wall in enumerate(self.walls)
+            ],
+        }
+        return {"exchanges": active.exchanges, "thermal": thermal}
 
     def wall_arguments(self) -> dict[str, Any]:
         """Periodic axes and walls as keyword arguments of the core; none without walls."""

@@ -55,6 +55,8 @@ class Simulation(Particles):
     positions, velocities : array_like, shape (N, D), optional
         Initial state [length], [length/time] instead of that of ``scene.start``. Positions are
         wrapped into the box.
+    temperatures : float or array_like, shape (N,), optional
+        Of the particles of a fluid with an energy [temperature]; that of the fluid if None.
     temperature_error, resolve_vacf
         Asked accuracy, for the bounds on the time step; see `timestep.bounds`.
 
@@ -70,8 +72,9 @@ class Simulation(Particles):
 
     Notes
     -----
-    State and results are NumPy views into the simulation, row i is particle i. ``positions`` and
-    ``velocities`` may be written between runs and in callbacks; `run` takes over what changed.
+    State and results are NumPy views into the simulation, row i is particle i. ``positions``,
+    ``velocities`` and, of a fluid with an energy, ``temperatures`` may be written between runs and
+    in callbacks; `run` takes over what changed.
     Everything else is read-only and up to date when `run` returns and before each callback, or
     after `refresh`. Do not touch the arrays from another thread while `run` works.
 
@@ -102,12 +105,15 @@ class Simulation(Particles):
         skin: float | None = None,
         positions: ArrayLike | None = None,
         velocities: ArrayLike | None = None,
+        temperatures: ArrayLike | None = None,
         temperature_error: float = 0.005,
         resolve_vacf: bool = False,
     ) -> None:
         validation.instance("scene", scene, Scene, "an sdpd.Scene")
         active = scene.active_effects
-        chosen = integrators.resolve(integrator, fluctuations=active.fluctuations)
+        chosen = integrators.resolve(
+            integrator, fluctuations=active.fluctuations, energy=active.energy
+        )
         if scene.walls:
             scene.wall_model.check_integrator(scene, chosen)
         seed = validation.integer("seed", seed, minimum=0)
@@ -139,7 +145,9 @@ class Simulation(Particles):
             "seed": seed,
             "skin": skin,
         }
-        core = _new_core(points, speeds, settings, threads)
+        settings = integrators.with_books(settings, chosen)
+        heat = initial.temperatures(scene, temperatures)
+        core = _new_core(points, speeds, settings, threads, heat)
         _check_skin(core, skin)
         self._adopt(scene, chosen, settings, threads, core)
 
@@ -606,7 +614,13 @@ def _check_skin(core: Core, skin: float | None) -> None:
         )
 
 
-def _new_core(positions: Array, velocities: Array, settings: dict[str, Any], threads: int) -> Core:
+def _new_core(
+    positions: Array,
+    velocities: Array,
+    settings: dict[str, Any],
+    threads: int,
+    temperatures: Array | None,
+) -> Core:
     from sdpd import _core
 
-    return _core.Core(positions, velocities, threads=threads, **settings)
+    return _core.Core(positions, velocities, threads=threads, temperatures=temperatures, **settings)

@@ -124,7 +124,8 @@ def acoustic_limit(scene: Scene) -> float:
     resolution = scene.resolution
     s = structure.acoustic_wavenumber(resolution.kernel, scene.dimension, state.pressure_ratio)
     flow = scene.flow_speed or 0.0
-    return 2.0 * scene.support_radius / (s * (state.sound_speed + flow))
+    sound = state.sound_speed * math.sqrt(scene.adiabatic_ratio)
+    return 2.0 * scene.support_radius / (s * (sound + flow))
 
 
 def _acoustic(scene: Scene) -> list[TimeStepBound]:
@@ -239,12 +240,22 @@ def bounds(
     error = validation.positive("temperature_error", temperature_error)
     vacf = validation.boolean("resolve_vacf", resolve_vacf)
     active = scene.active_effects
-    chosen = resolve(integrator, fluctuations=active.fluctuations)
+    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
     found = _acoustic(scene)
     if active.dissipation and isinstance(chosen, PairSplitting):
         found += _splitting_friction(scene, vacf)
     elif active.dissipation:
         found += _verlet_friction(scene, chosen, error, vacf)
+    if active.conduction:
+        found.append(
+            TimeStepBound(
+                "conduction",
+                2.0 * scene.conduction_time,
+                "accuracy",
+                "2 tau_q",
+                "the delivered conductivity falls above it",
+            )
+        )
     if active.body_force and scene.body_force is not None and scene.body_force.peak > 0.0:
         found.append(
             TimeStepBound(
@@ -326,7 +337,7 @@ def expected_errors(
     """
     step = validation.positive("dt", dt)
     active = scene.active_effects
-    chosen = resolve(integrator, fluctuations=active.fluctuations)
+    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
     temperature = viscosity = variance = None
     if active.dissipation:
         ratio = step / scene.friction_time

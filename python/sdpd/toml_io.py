@@ -8,7 +8,15 @@ from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from sdpd import equations_of_state, fluids, initial, validation, wall_models, walls
+from sdpd import (
+    equations_of_state,
+    fluids,
+    initial,
+    validation,
+    wall_heat,
+    wall_models,
+    walls,
+)
 from sdpd.box import Box
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
 from sdpd.fluids import Fluid
@@ -76,7 +84,12 @@ def _wall(wall: walls.Wall) -> dict[str, Any]:
     """A wall less what has its default, so that a Mesh is its points and triangles alone."""
     shaped = isinstance(wall, walls.ShapedWall)
     defaults = {field.name: field.default for field in fields(wall)} if shaped else {}  # type: ignore[arg-type]
-    return {name: value for name, value in _plain(wall).items() if value != defaults.get(name)}
+    plain = _plain(wall)
+    del plain["heat"]
+    if wall.heat != wall_heat.Isothermal():
+        kind = _name_of(wall.heat, wall_heat.KINDS, "heat")
+        plain["heat"] = {"kind": kind, **_plain(wall.heat)}
+    return {name: value for name, value in plain.items() if value != defaults.get(name)}
 
 
 def _name_of(value: object, table: dict[str, Any], where: str) -> str:
@@ -185,11 +198,16 @@ def _kind(data: Any, where: str, table: dict[str, type[T]]) -> T:
     return build(table[chosen], rest, where)
 
 
-def _found(wall: Any, folder: Path) -> Any:
-    """The table of a wall with the path of its file."""
-    if isinstance(wall, dict) and isinstance(wall.get("file"), str):
-        return {**wall, "file": str(folder / wall["file"])}
-    return wall
+def _found(wall: Any, folder: Path, where: str) -> Any:
+    """The table of a wall with the path of its file, and its thermal condition built."""
+    if not isinstance(wall, dict):
+        return wall
+    found = dict(wall)
+    if isinstance(wall.get("file"), str):
+        found["file"] = str(folder / wall["file"])
+    if "heat" in wall:
+        found["heat"] = _kind(wall["heat"], f"{where}.heat", wall_heat.KINDS)
+    return found
 
 
 def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
@@ -229,7 +247,7 @@ def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
         if not isinstance(data["walls"], list):
             raise TypeError(f"`walls` must be an array of tables, got {data['walls']!r}")
         arguments["walls"] = tuple(
-            _kind(_found(wall, folder), f"walls[{index}]", walls.KINDS)
+            _kind(_found(wall, folder, f"walls[{index}]"), f"walls[{index}]", walls.KINDS)
             for index, wall in enumerate(data["walls"])
         )
     if "wall_model" in data:

@@ -2,6 +2,7 @@
 //! per particle and step, so they are objects, not types: a virtual call per block of particles.
 
 mod analytic;
+pub mod caloric;
 mod table;
 
 pub use analytic::{ArtificialCompressibility, IdealGas, Linear, Polynomial, Tait};

@@ -2,9 +2,11 @@
 //! registry turns names into one of these types, and a run makes one virtual call.
 
 mod pair_splitting;
+mod thermal_splitting;
 mod velocity_verlet;
 
 pub use pair_splitting::PairSplitting;
+pub use thermal_splitting::ThermalSplitting;
 pub use velocity_verlet::VelocityVerlet;
 
 use crate::error::Result;

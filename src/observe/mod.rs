@@ -22,6 +22,7 @@ use crate::domain::PeriodicBox;
 use crate::eos::EquationOfState;
 use crate::state::Particles;
 use crate::sweep::Tally;
+use crate::thermal::Thermal;
 use crate::units::Units;
 use crate::wall::Walls;
 
@@ -56,9 +57,18 @@ pub struct View<'a> {
     pub eos: &'a dyn EquationOfState,
     /// Stress, if an observer asked for it.
     pub tally: Option<&'a Tally>,
+    /// Energies, where particles have some.
+    pub thermal: Option<&'a Thermal>,
 }
 
 impl View<'_> {
+    /// Temperature of a particle [user], where it has one.
+    pub fn temperature(&self, slot: usize) -> Option<f64> {
+        let thermal = self.thermal?;
+        let heat = self.particles.scalars[thermal.fields.heat].values[slot];
+        Some(thermal.temperature(heat))
+    }
+
     /// Volume of the box in reduced units.
     pub fn volume(&self) -> f64 {
         self.cell.edges[..self.dimension].iter().product()

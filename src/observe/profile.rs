@@ -13,10 +13,12 @@ pub enum Coordinate {
 }
 
 /// One row per block of samples: time of its last sample, number of samples, and for each bin the
-/// number of particles and the sums over them of v (D), v^2 (D), density and pressure.
+/// number of particles and the sums over them of v (D), v^2 (D), density and pressure, and of the
+/// temperature where particles have one.
 pub struct Profile {
     every: u64,
     dimension: usize,
+    energy: bool,
     coordinate: Coordinate,
     range: [f64; 2],
     bins: usize,
@@ -31,15 +33,17 @@ impl Profile {
     pub fn new(
         every: u64,
         dimension: usize,
+        energy: bool,
         coordinate: Coordinate,
         range: [f64; 2],
         bins: usize,
         block: u64,
     ) -> Self {
-        let width = Self::width_of(dimension, bins);
+        let width = 2 + bins * Self::sums(dimension, energy);
         Self {
             every: every.max(1),
             dimension,
+            energy,
             coordinate,
             range,
             bins,
@@ -50,12 +54,8 @@ impl Profile {
         }
     }
 
-    fn width_of(dimension: usize, bins: usize) -> usize {
-        2 + bins * Self::sums(dimension)
-    }
-
-    fn sums(dimension: usize) -> usize {
-        3 + 2 * dimension
+    fn sums(dimension: usize, energy: bool) -> usize {
+        3 + 2 * dimension + usize::from(energy)
     }
 
     /// All rows so far, one after the other, and their width.
@@ -95,7 +95,7 @@ impl Observer for Profile {
 
     fn sample(&mut self, view: &View) {
         let (d, units) = (self.dimension, view.units);
-        let sums = Self::sums(d);
+        let sums = Self::sums(d, self.energy);
         for slot in 0..view.particles.len() {
             let Some(bin) = self.bin(view, slot) else {
                 continue;
@@ -111,6 +111,9 @@ impl Observer for Profile {
             }
             into[1 + 2 * d] += density * units.mass_density();
             into[2 + 2 * d] += v[3] * density * density * units.pressure();
+            if let (true, Some(temperature)) = (self.energy, view.temperature(slot)) {
+                into[3 + 2 * d] += temperature;
+            }
         }
         self.present[0] = view.time;
         self.present[1] += 1.0;

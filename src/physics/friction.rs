@@ -95,7 +95,7 @@ pub struct LinkAxes {
 impl LinkAxes {
     /// base x + n (n.x) (first - base) + t (t.x) (second - base).
     #[inline(always)]
-    fn apply(&self, base: f64, first: f64, second: f64, x: [f64; 3]) -> [f64; 3] {
+    pub(super) fn apply(&self, base: f64, first: f64, second: f64, x: [f64; 3]) -> [f64; 3] {
         let along_n = (first - base) * dot(self.normal, x);
         let along_t = (second - base) * dot(self.tangent, x);
         std::array::from_fn(|a| base * x[a] + along_n * self.normal[a] + along_t * self.tangent[a])

@@ -3,36 +3,26 @@
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
-use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyDict;
 
-use super::arrays::Column;
+use super::columns::{Columns, check_finite, check_inside, check_temperatures};
 use super::errors::to_python;
 use super::observers::{
     CorrelatorHandle, CurrentsHandle, ProfileHandle, StressCorrelatorHandle, StressHandle,
     ThermodynamicsHandle, WallForcesHandle,
 };
+use super::state::{self, Parsed};
+use super::thermal::ThermalArguments;
 use super::walls::{WallField, rows};
 use crate::effect::AccelerationField;
 use crate::neighbor::ROUNDS;
 use crate::observe::{Coordinate, Profile};
 use crate::registry::Combination;
-use crate::simulation::{Clock, Engine, Settings};
+use crate::simulation::{Engine, Settings};
 use crate::wall::{ModelSettings, WallSettings, Wrench};
-
-/// Arrays in the user's units and row order.
-struct Columns {
-    positions: Column<f64>,
-    velocities: Column<f64>,
-    forces: Column<f64>,
-    number_densities: Column<f64>,
-    densities: Column<f64>,
-    pressures: Column<f64>,
-    ids: Column<u64>,
-    images: Column<i32>,
-}
 
 /// A simulation. See `sdpd.Simulation`, which is what users make.
 #[pyclass(frozen, module = "sdpd._core")]
@@ -52,17 +42,6 @@ fn wrong_shape(name: &str, want: [usize; 2], got: &[usize]) -> PyErr {
     ))
 }
 
-fn check_finite(name: &str, values: &[f64], width: usize) -> PyResult<()> {
-    match values.iter().position(|x| !x.is_finite()) {
-        None => Ok(()),
-        Some(at) => Err(PyValueError::new_err(format!(
-            "`{name}` must be finite, got {} in row {}",
-            values[at],
-            at / width
-        ))),
-    }
-}
-
 /// Fastest motion that is not thermal, as far as the initial velocities tell.
 fn directed_speed(velocities: &ArrayView2<'_, f64>, thermal_energy: f64, mass: f64) -> f64 {
     let square = |row: ArrayView1<'_, f64>| row.iter().map(|v| v * v).sum::<f64>();
@@ -80,55 +59,28 @@ fn directed_speed(velocities: &ArrayView2<'_, f64>, thermal_energy: f64, mass: f
     }
 }
 
-/// Positions must be countable in edges of the box, and no two of them may coincide: nothing would
-/// ever part such a pair.
-fn check_places(engine: &Engine, positions: &[f64]) -> PyResult<()> {
-    const FARTHEST: f64 = 1e9;
-    let d = engine.dimension;
-    let mut places = Vec::with_capacity(positions.len() / d);
-    for (row, position) in positions.chunks_exact(d).enumerate() {
-        let mut place = [0; 3];
-        for axis in 0..d {
-            let x = position[axis] / engine.units.length;
-            if (x * engine.cell.inverse[axis]).abs() > FARTHEST {
-                return Err(PyValueError::new_err(format!(
-                    "`positions` must lie within {FARTHEST:e} edges of the box, got {} in row {row}",
-                    position[axis]
-                )));
-            }
-            place[axis] = engine.cell.wrap(axis, x).0.to_bits();
+/// Temperatures of the start, by row, where particles have any.
+fn set_temperatures(
+    engine: &mut Engine,
+    values: Option<&PyReadonlyArray1<'_, f64>>,
+) -> PyResult<()> {
+    let n = engine.particles.len();
+    match (&engine.thermal, values) {
+        (None, None) => Ok(()),
+        (Some(thermal), Some(values)) if values.as_array().len() == n => {
+            let values: Vec<f64> = values.as_array().iter().copied().collect();
+            check_temperatures(&values)?;
+            let heat = values.iter().map(|&t| thermal.heat(t)).collect();
+            let field = thermal.fields.heat;
+            engine.particles.scalars[field].values = heat;
+            Ok(())
         }
-        places.push((place, row));
-    }
-    places.sort_unstable();
-    match places.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-        None => Ok(()),
-        Some(pair) => Err(PyValueError::new_err(format!(
-            "`positions` must all differ, got the same in rows {} and {}",
-            pair[0].1, pair[1].1
+        (Some(_), _) => Err(PyValueError::new_err(format!(
+            "`temperatures` must have shape ({n},) where particles have an energy"
         ))),
-    }
-}
-
-/// Positions [h], by row, must lie in the fluid: before the walls, and within the box along axes that
-/// are not periodic.
-fn check_inside(py: Python<'_>, engine: &Engine, places: &[[f64; 3]]) -> PyResult<()> {
-    let room = engine.walls.rounding();
-    let cell = &engine.cell;
-    engine
-        .walls
-        .check_inside(places, cell)
-        .map_err(|e| to_python(py, &e))?;
-    let outside = |place: &[f64; 3]| {
-        (0..engine.dimension)
-            .any(|a| !cell.periodic[a] && !(-room..=cell.limits[a] + room).contains(&place[a]))
-    };
-    match places.iter().position(outside) {
-        None => Ok(()),
-        Some(row) => Err(PyValueError::new_err(format!(
-            "`positions` must lie in the box along axes that are not periodic, got {:?} in row {row}",
-            places[row].map(|x| x * engine.units.length)
-        ))),
+        (None, Some(_)) => Err(PyValueError::new_err(
+            "`temperatures` must be None where particles have no energy",
+        )),
     }
 }
 
@@ -150,100 +102,6 @@ impl Core {
         }
     }
 
-    /// Writes the engine's state into the arrays.
-    fn export(&self, py: Python<'_>, engine: &Engine) {
-        let d = self.dimension;
-        let columns = &self.columns;
-        let (positions, velocities) = (
-            columns.positions.elements(py),
-            columns.velocities.elements(py),
-        );
-        let forces = columns.forces.elements(py);
-        let (numbers, densities) = (
-            columns.number_densities.elements(py),
-            columns.densities.elements(py),
-        );
-        let (pressures, ids) = (columns.pressures.elements(py), columns.ids.elements(py));
-        let images = columns.images.elements(py);
-        let (particles, units) = (&engine.particles, &engine.units);
-        let (force_unit, pressure_unit) = (units.force(), units.pressure());
-        let (number_unit, mass_unit) = (units.number_density(), units.mass_density());
-        for slot in 0..self.n {
-            let row = particles.row[slot] as usize;
-            let (position, image) = exported_position(engine, slot);
-            for a in 0..d {
-                positions[row * d + a] = position[a];
-                images[row * d + a] = image[a];
-                velocities[row * d + a] = particles.velocity[slot][a] * units.velocity;
-                forces[row * d + a] = particles.force[slot][a] * force_unit;
-            }
-            let density = particles.density[slot];
-            numbers[row] = density * number_unit;
-            densities[row] = density * mass_unit;
-            pressures[row] = particles.velocity[slot][3] * density * density * pressure_unit;
-            ids[row] = particles.id[slot];
-        }
-    }
-
-    /// Takes over what the user wrote into positions and velocities since the last export, and
-    /// brings the derived arrays up to date with it.
-    fn import(&self, py: Python<'_>, engine: &mut Engine) -> PyResult<()> {
-        let d = self.dimension;
-        let positions = self.columns.positions.elements(py);
-        let velocities = self.columns.velocities.elements(py);
-        let mut changes = Vec::new();
-        let mut lists = false;
-        for slot in 0..self.n {
-            let row = engine.particles.row[slot] as usize;
-            let at = row * d..(row + 1) * d;
-            let (position, _) = exported_position(engine, slot);
-            let velocity = &engine.particles.velocity[slot];
-            let moved = positions[at.clone()] != position[..d];
-            let pushed =
-                (0..d).any(|a| velocities[row * d + a] != velocity[a] * engine.units.velocity);
-            if moved || pushed {
-                changes.push((slot, row, moved, pushed));
-                lists |= moved;
-            }
-        }
-        if changes.is_empty() {
-            return Ok(());
-        }
-        check_finite("positions", positions, d)?;
-        check_finite("velocities", velocities, d)?;
-        if lists {
-            check_places(engine, positions)?;
-            let mut places = vec![[0.0; 3]; self.n];
-            for (k, x) in positions.iter().enumerate() {
-                places[k / d][k % d] = x / engine.units.length;
-            }
-            check_inside(py, engine, &places)?;
-        }
-        for (slot, row, moved, pushed) in changes {
-            let units = engine.units;
-            let record = &engine.particles.position[slot];
-            let mut position = [record[0], record[1], record[2]];
-            let record = &engine.particles.velocity[slot];
-            let mut velocity = [record[0], record[1], record[2]];
-            if moved {
-                // The user's position lies in the image that the arrays show.
-                engine.particles.image[slot] = exported_position(engine, slot).1;
-            }
-            for a in 0..d {
-                if moved {
-                    position[a] = positions[row * d + a] / units.length;
-                }
-                if pushed {
-                    velocity[a] = velocities[row * d + a] / units.velocity;
-                }
-            }
-            engine.place(slot, position, velocity);
-        }
-        engine.renew(lists).map_err(|e| to_python(py, &e))?;
-        self.export(py, engine);
-        Ok(())
-    }
-
     fn by_row(&self, py: Python<'_>, engine: &Engine, records: &[[f64; 4]]) -> Py<PyArray2<f64>> {
         let unit = engine.units.force();
         let mut table = Array2::zeros((self.n, self.dimension));
@@ -257,27 +115,14 @@ impl Core {
     }
 }
 
-/// Position inside the box in the user's units, and the image it is in.
-fn exported_position(engine: &Engine, slot: usize) -> ([f64; 3], [i32; 3]) {
-    let mut position = [0.0; 3];
-    let mut image = engine.particles.image[slot];
-    for axis in 0..engine.dimension {
-        let (x, turns) = engine
-            .cell
-            .wrap(axis, engine.particles.position[slot][axis]);
-        position[axis] = x * engine.units.length;
-        image[axis] += turns;
-    }
-    (position, image)
-}
-
 #[pymethods]
 impl Core {
     #[new]
     #[pyo3(signature = (positions, velocities, *, r#box, support, mass, thermal_energy, kernel, friction,
         friction_across, friction_along, eos, noise, integrator, iterations, body_force, dt, seed, skin,
         threads, flow_speed=0.0, periodic=Vec::new(), walls=Vec::new(),
-        fields=Vec::new(), wall_model=None, frozen=None))]
+        fields=Vec::new(), wall_model=None, frozen=None, exchanges="none", thermal=None,
+        temperatures=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -306,11 +151,14 @@ impl Core {
         fields: Vec<PyRef<'_, WallField>>,
         wall_model: Option<ModelSettings>,
         frozen: Option<PyReadonlyArray2<'_, f64>>,
+        exchanges: &str,
+        thermal: Option<ThermalArguments>,
+        temperatures: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<Self> {
         let (positions, velocities) = (positions.as_array(), velocities.as_array());
         let n = positions.nrows();
         let dimension = r#box.len();
-        let thermal = if noise == "none" { 0.0 } else { thermal_energy };
+        let agitation = if noise == "none" { 0.0 } else { thermal_energy };
         let settings = Settings {
             combination: Combination {
                 dimension,
@@ -318,6 +166,7 @@ impl Core {
                 friction,
                 noise,
                 integrator,
+                exchanges: exchanges.to_owned(),
             },
             edges: r#box,
             support,
@@ -331,13 +180,14 @@ impl Core {
             dt,
             seed,
             skin,
-            flow_speed: flow_speed.max(directed_speed(&velocities, thermal, mass)),
+            flow_speed: flow_speed.max(directed_speed(&velocities, agitation, mass)),
             threads,
             periodic,
             walls,
             fields: fields.iter().map(|f| f.field.clone()).collect(),
             wall_model: wall_model.unwrap_or_else(|| ("symmetric_images".into(), Vec::new())),
             frozen: frozen.map_or_else(|| Ok(Vec::new()), |places| rows("frozen", &places, 1.0))?,
+            thermal: thermal.map(ThermalArguments::settings),
         };
         let mut engine = Engine::new(n, &settings).map_err(|e| to_python(py, &e))?;
         if positions.ncols() != dimension {
@@ -371,18 +221,10 @@ impl Core {
             .map(|p| [p[0], p[1], p[2]])
             .collect();
         check_inside(py, &engine, &places)?;
+        set_temperatures(&mut engine, temperatures.as_ref())?;
         py.detach(|| engine.renew(true))
             .map_err(|e| to_python(py, &e))?;
-        let columns = Columns {
-            positions: Column::new(py, n, dimension, true)?,
-            velocities: Column::new(py, n, dimension, true)?,
-            forces: Column::new(py, n, dimension, false)?,
-            number_densities: Column::new(py, n, 0, false)?,
-            densities: Column::new(py, n, 0, false)?,
-            pressures: Column::new(py, n, 0, false)?,
-            ids: Column::new(py, n, 0, false)?,
-            images: Column::new(py, n, dimension, false)?,
-        };
+        let columns = Columns::new(py, &engine)?;
         let core = Self {
             engine: Mutex::new(engine),
             columns,
@@ -390,7 +232,7 @@ impl Core {
             dimension,
             process: std::process::id(),
         };
-        core.export(py, &*core.lock()?);
+        core.columns.export(py, &*core.lock()?);
         Ok(core)
     }
 
@@ -417,6 +259,22 @@ impl Core {
     #[getter]
     fn pressures(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.columns.pressures.view(py)
+    }
+    /// Temperatures, writable; None where particles have no energy, like the next two.
+    #[getter]
+    fn temperatures(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let columns = self.columns.thermal.as_ref();
+        columns.map(|it| it.temperatures.view(py)).transpose()
+    }
+    #[getter]
+    fn internal_energies(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let columns = self.columns.thermal.as_ref();
+        columns.map(|it| it.energies.view(py)).transpose()
+    }
+    #[getter]
+    fn entropies(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let columns = self.columns.thermal.as_ref();
+        columns.map(|it| it.entropies.view(py)).transpose()
     }
     #[getter]
     fn ids(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
@@ -448,7 +306,7 @@ impl Core {
             )));
         }
         let mut engine = self.lock()?;
-        self.import(py, &mut engine)?;
+        self.columns.import(py, &mut engine)?;
         let (step, clock) = (engine.step, engine.clock());
         let result = {
             let engine = &mut *engine;
@@ -456,11 +314,14 @@ impl Core {
         };
         match result {
             Ok(()) => {
-                self.export(py, &engine);
+                self.columns.export(py, &engine);
                 Ok(())
             }
             Err(error) => {
-                self.go_back(py, &mut engine, step, clock);
+                self.columns.go_back(py, &mut engine);
+                engine.set_clock(clock, step);
+                // The exported state was good, so this cannot fail; if it does, the next run says so.
+                let _ = engine.renew(true);
                 Err(to_python(py, &error))
             }
         }
@@ -468,13 +329,13 @@ impl Core {
 
     /// Brings derived arrays up to date with what the user wrote.
     fn refresh(&self, py: Python<'_>) -> PyResult<()> {
-        self.import(py, &mut *self.lock()?)
+        self.columns.import(py, &mut *self.lock()?)
     }
 
     /// Gives wall `index` the motion of `wall`, which must have its form; forces follow.
     fn move_wall(&self, py: Python<'_>, index: usize, wall: WallSettings) -> PyResult<()> {
         let mut engine = self.lock()?;
-        self.import(py, &mut engine)?;
+        self.columns.import(py, &mut engine)?;
         let Engine {
             walls, cell, units, ..
         } = &mut *engine;
@@ -482,7 +343,7 @@ impl Core {
             .set_motion(index, &wall, self.dimension, cell, units)
             .map_err(|e| to_python(py, &e))?;
         engine.renew(false).map_err(|e| to_python(py, &e))?;
-        self.export(py, &engine);
+        self.columns.export(py, &engine);
         Ok(())
     }
 
@@ -491,7 +352,7 @@ impl Core {
     #[pyo3(signature = (step=None))]
     fn force_parts<'py>(&self, py: Python<'py>, step: Option<u64>) -> PyResult<Bound<'py, PyDict>> {
         let mut engine = self.lock()?;
-        self.import(py, &mut engine)?;
+        self.columns.import(py, &mut engine)?;
         let step = step.unwrap_or(engine.step);
         let parts = engine.force_parts(step);
         let result = PyDict::new(py);
@@ -577,10 +438,35 @@ impl Core {
         wrenches(py, &engine.walls.impulse, momentum, momentum * units.length)
     }
 
+    /// Energies kept in the books [energy]: what adiabats alone would have added, work of the body
+    /// force, heat received by and work done by each wall, (walls, 2); and updates of pairs that were
+    /// not made. None where particles have no energy.
+    fn energy_accounts<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let engine = self.lock()?;
+        let Some(thermal) = &engine.thermal else {
+            return Ok(None);
+        };
+        let unit = engine.units.energy();
+        let accounts = PyDict::new(py);
+        accounts.set_item("discarded", thermal.discarded_energy() * unit)?;
+        accounts.set_item("body_work", thermal.body_work() * unit)?;
+        accounts.set_item("refused", thermal.refused.iter().sum::<u64>())?;
+        let walls: Vec<f64> = thermal
+            .exchanged
+            .iter()
+            .flatten()
+            .map(|x| x * unit)
+            .collect();
+        let table = Array2::from_shape_vec((thermal.exchanged.len(), 2), walls)
+            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        accounts.set_item("walls", table.into_pyarray(py))?;
+        Ok(Some(accounts))
+    }
+
     /// Exact initial slope of the velocity autocorrelation, (1/m) <sum_j g_ij> (a + b/D) [1/time].
     fn friction_rate(&self, py: Python<'_>) -> PyResult<f64> {
         let mut engine = self.lock()?;
-        self.import(py, &mut engine)?;
+        self.columns.import(py, &mut engine)?;
         let time = engine.units.time();
         Ok(engine.friction_rate() / time)
     }
@@ -592,7 +478,7 @@ impl Core {
         let result = PyDict::new(py);
         result.set_item("pairs_in_list", engine.list.len())?;
         result.set_item("list_bytes", engine.list.bytes())?;
-        result.set_item("state_bytes", engine.state_bytes() + self.column_bytes())?;
+        result.set_item("state_bytes", engine.state_bytes() + self.columns.bytes())?;
         result.set_item("skin", skin * engine.units.length)?;
         result.set_item("margin", margin * engine.units.length)?;
         result.set_item("grid_renewals", engine.counters.grid_renewals)?;
@@ -679,7 +565,16 @@ impl Core {
         } else {
             Coordinate::Axis(index)
         };
-        let profile = Profile::new(every, self.dimension, coordinate, interval, bins, block);
+        let energy = engine.thermal.is_some();
+        let profile = Profile::new(
+            every,
+            self.dimension,
+            energy,
+            coordinate,
+            interval,
+            bins,
+            block,
+        );
         Ok(ProfileHandle::attach(&mut engine, profile))
     }
 
@@ -692,138 +587,18 @@ impl Core {
     /// The exact internal state, for a checkpoint.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let mut engine = self.lock()?;
-        self.import(py, &mut engine)?;
-        let state = PyDict::new(py);
-        let particles = &engine.particles;
-        let clock = engine.clock();
-        state.set_item("step", engine.step)?;
-        state.set_item("base_step", clock.base_step)?;
-        state.set_item("base_time", clock.base_time)?;
-        state.set_item("dt", clock.dt)?;
-        state.set_item("position", bytes_of(py, &particles.position))?;
-        state.set_item("velocity", bytes_of(py, &particles.velocity))?;
-        state.set_item("force", bytes_of(py, &particles.force))?;
-        state.set_item("id", bytes_of(py, &particles.id))?;
-        state.set_item("row", bytes_of(py, &particles.row))?;
-        state.set_item("image", bytes_of(py, &particles.image))?;
-        state.set_item("grid_reference", bytes_of(py, &engine.grid.reference))?;
-        state.set_item("list_reference", bytes_of(py, &engine.list.reference))?;
-        state.set_item("wall_force", engine.walls.force.concat())?;
-        Ok(state)
+        self.columns.import(py, &mut engine)?;
+        state::write(py, &engine)
     }
 
     /// Restores what `state` gave, bit for bit, into a simulation built with the same settings.
     fn set_state(&self, py: Python<'_>, state: &Bound<'_, PyDict>) -> PyResult<()> {
         let mut engine = self.lock()?;
-        let n = self.n;
-        let position: Vec<[f64; 4]> = values_of(state, "position", n)?;
-        let velocity: Vec<[f64; 4]> = values_of(state, "velocity", n)?;
-        let force: Vec<[f64; 4]> = values_of(state, "force", n)?;
-        let id: Vec<u64> = values_of(state, "id", n)?;
-        let row: Vec<u32> = values_of(state, "row", n)?;
-        let image: Vec<[i32; 3]> = values_of(state, "image", n)?;
-        let grid: Vec<[f64; 3]> = values_of(state, "grid_reference", n)?;
-        let (skin, margin) = engine.skin_and_margin();
-        let listed = if skin < margin { n } else { 0 };
-        let list: Vec<[f64; 3]> = values_of(state, "list_reference", listed)?;
-        let mut seen = vec![false; n];
-        for &row in &row {
-            match seen.get_mut(row as usize) {
-                Some(once) if !*once => *once = true,
-                _ => {
-                    return Err(PyValueError::new_err(format!(
-                        "`row` must be a permutation of the rows, got {row} out of range or twice"
-                    )));
-                }
-            }
-        }
-        let finite = |what: &str, ok: bool| {
-            if ok {
-                Ok(())
-            } else {
-                Err(PyValueError::new_err(format!("`{what}` must be finite")))
-            }
-        };
-        let all3 = |v: &[[f64; 4]]| v.iter().all(|r| r[..3].iter().all(|x| x.is_finite()));
-        finite("position", all3(&position))?;
-        finite("velocity", all3(&velocity))?;
-        finite("force", all3(&force))?;
-        for (what, reference) in [("grid_reference", &grid), ("list_reference", &list)] {
-            finite(what, reference.iter().flatten().all(|x| x.is_finite()))?;
-        }
-        let step: u64 = item(state, "step")?.extract()?;
-        let clock = Clock {
-            base_time: item(state, "base_time")?.extract()?,
-            base_step: item(state, "base_step")?.extract()?,
-            dt: item(state, "dt")?.extract()?,
-        };
-        if clock.base_step > step
-            || clock.dt.is_nan()
-            || clock.dt <= 0.0
-            || !clock.base_time.is_finite()
-        {
-            return Err(PyValueError::new_err(format!(
-                "`base_step` must be at most `step`, and `dt` > 0, got {clock:?} at step {step}"
-            )));
-        }
-        let walls = engine.walls.force.len();
-        let wall_force: Vec<f64> = match state.get_item("wall_force")? {
-            Some(values) => values.extract()?,
-            None => Vec::new(),
-        };
-        if !wall_force.is_empty() {
-            if wall_force.len() != 6 * walls {
-                return Err(PyValueError::new_err(format!(
-                    "`wall_force` must hold {} numbers, got {}",
-                    6 * walls,
-                    wall_force.len()
-                )));
-            }
-            finite("wall_force", wall_force.iter().all(|x| x.is_finite()))?;
-        }
-        let particles = &mut engine.particles;
-        particles.velocity = velocity;
-        particles.id = id;
-        particles.row = row;
-        particles.image = image;
-        engine.set_clock(clock, step);
+        let parsed = Parsed::read(state, &engine)?;
         let engine_ref = &mut *engine;
-        py.detach(|| engine_ref.restore(&grid, &list, &position, &force));
-        // Like the particles' forces, those on walls may be of velocities between two steps.
-        let wrenches = engine.walls.force.iter_mut();
-        for (wrench, values) in wrenches.zip(wall_force.chunks_exact(6)) {
-            wrench.copy_from_slice(values);
-        }
-        self.export(py, &engine);
+        py.detach(|| parsed.restore(engine_ref));
+        self.columns.export(py, &engine);
         Ok(())
-    }
-}
-
-impl Core {
-    fn column_bytes(&self) -> usize {
-        self.n * (8 * (3 * self.dimension + 4) + 4 * self.dimension)
-    }
-
-    /// After a failed run: the engine returns to what the arrays still show.
-    fn go_back(&self, py: Python<'_>, engine: &mut Engine, step: u64, clock: Clock) {
-        let d = self.dimension;
-        let positions = self.columns.positions.elements(py);
-        let velocities = self.columns.velocities.elements(py);
-        let images = self.columns.images.elements(py);
-        let units = engine.units;
-        for slot in 0..self.n {
-            let row = engine.particles.row[slot] as usize;
-            let (mut position, mut velocity) = ([0.0; 3], [0.0; 3]);
-            for a in 0..d {
-                position[a] = positions[row * d + a] / units.length;
-                velocity[a] = velocities[row * d + a] / units.velocity;
-                engine.particles.image[slot][a] = images[row * d + a];
-            }
-            engine.place(slot, position, velocity);
-        }
-        engine.set_clock(clock, step);
-        // The exported state was good, so this cannot fail; if it does, the next run says so.
-        let _ = engine.renew(true);
     }
 }
 
@@ -840,70 +615,4 @@ fn wrenches<'py>(
     let table = Array2::from_shape_vec((values.len(), 6), flat)
         .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
     Ok(table.into_pyarray(py))
-}
-
-fn item<'py>(state: &Bound<'py, PyDict>, key: &str) -> PyResult<Bound<'py, PyAny>> {
-    state
-        .get_item(key)?
-        .ok_or_else(|| PyValueError::new_err(format!("`{key}` is missing from the state")))
-}
-
-/// Plain values as bytes.
-fn bytes_of<'py, T: Plain>(py: Python<'py>, values: &[T]) -> Bound<'py, PyBytes> {
-    let mut bytes = Vec::with_capacity(std::mem::size_of_val(values));
-    for value in values {
-        value.write(&mut bytes);
-    }
-    PyBytes::new(py, &bytes)
-}
-
-fn values_of<T: Plain>(state: &Bound<'_, PyDict>, key: &str, n: usize) -> PyResult<Vec<T>> {
-    let any = item(state, key)?;
-    let bytes = any.cast::<PyBytes>()?.as_bytes();
-    let size = std::mem::size_of::<T>();
-    if bytes.len() != n * size {
-        return Err(PyValueError::new_err(format!(
-            "`{key}` must hold {} bytes, got {}",
-            n * size,
-            bytes.len()
-        )));
-    }
-    Ok(bytes.chunks_exact(size).map(T::read).collect())
-}
-
-/// A value with a fixed little-endian form.
-trait Plain: Copy {
-    fn write(&self, bytes: &mut Vec<u8>);
-    fn read(bytes: &[u8]) -> Self;
-}
-
-macro_rules! plain {
-    ($kind:ty) => {
-        impl Plain for $kind {
-            fn write(&self, bytes: &mut Vec<u8>) {
-                bytes.extend(self.to_le_bytes());
-            }
-            fn read(bytes: &[u8]) -> Self {
-                let mut buffer = [0; std::mem::size_of::<$kind>()];
-                buffer.copy_from_slice(bytes);
-                <$kind>::from_le_bytes(buffer)
-            }
-        }
-    };
-}
-plain!(f64);
-plain!(u64);
-plain!(u32);
-plain!(i32);
-
-impl<T: Plain, const K: usize> Plain for [T; K] {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        for value in self {
-            value.write(bytes);
-        }
-    }
-    fn read(bytes: &[u8]) -> Self {
-        let size = std::mem::size_of::<T>();
-        std::array::from_fn(|k| T::read(&bytes[k * size..(k + 1) * size]))
-    }
 }

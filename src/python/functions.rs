@@ -164,6 +164,7 @@ fn registry_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         row.set_item("friction", combination.friction)?;
         row.set_item("noise", combination.noise)?;
         row.set_item("integrator", combination.integrator)?;
+        row.set_item("exchanges", combination.exchanges)?;
         rows.append(row)?;
     }
     Ok(rows)

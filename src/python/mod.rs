@@ -1,11 +1,14 @@
 //! The binding. Everything that Python can see of the core is listed here; nothing below panics.
 
 mod arrays;
+mod columns;
 mod core;
 mod errors;
 mod fields;
 mod functions;
 mod observers;
+mod state;
+mod thermal;
 mod walls;
 
 use pyo3::prelude::*;
@@ -25,5 +28,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observers::ProfileHandle>()?;
     module.add_class::<walls::SolidHandle>()?;
     module.add_class::<walls::WallField>()?;
+    thermal::register(module)?;
     functions::register(module)
 }

@@ -67,15 +67,18 @@ fn attach<T: Observer + 'static>(
 pub struct ThermodynamicsHandle {
     shared: Arc<Mutex<Thermodynamics>>,
     dimension: usize,
+    energy: bool,
 }
 
 impl ThermodynamicsHandle {
     pub(super) fn attach(engine: &mut Engine, every: u64) -> PyResult<Self> {
         let dimension = engine.dimension;
-        let made = Some(Thermodynamics::new(every, dimension));
+        let energy = engine.thermal.is_some();
+        let made = Some(Thermodynamics::new(every, dimension, energy));
         Ok(Self {
             shared: attach(engine, made, "a time series")?,
             dimension,
+            energy,
         })
     }
 }
@@ -85,12 +88,12 @@ impl ThermodynamicsHandle {
     /// Names of the columns.
     #[getter]
     fn columns(&self) -> Vec<String> {
-        Thermodynamics::columns(self.dimension)
+        Thermodynamics::columns(self.dimension, self.energy)
     }
 
     /// All samples so far, (samples, columns).
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let width = Thermodynamics::columns(self.dimension).len();
+        let width = Thermodynamics::columns(self.dimension, self.energy).len();
         let rows = lock(&self.shared).rows().to_vec();
         table_of(py, rows, width)
     }

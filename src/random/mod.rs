@@ -19,6 +19,8 @@ pub enum Stream {
     PairForce = 1,
     /// Exact velocity exchange of the pair splitting.
     PairExchange = 2,
+    /// Exchange of momentum and heat of the thermal splitting.
+    PairThermal = 5,
     /// Initial velocities.
     InitialVelocity = 3,
     /// Initial positions.
@@ -31,6 +33,7 @@ impl Stream {
         Some(match name {
             "pair_force" => Self::PairForce,
             "pair_exchange" => Self::PairExchange,
+            "pair_thermal" => Self::PairThermal,
             "initial_velocity" => Self::InitialVelocity,
             "initial_position" => Self::InitialPosition,
             _ => return None,

@@ -13,6 +13,8 @@ pub trait Variate: Copy + Send + Sync + 'static {
     const ON: bool;
     /// Three variates from four words (2D uses the first two, the central form the first).
     fn draw(words: [u64; 4], count: usize) -> [f64; 3];
+    /// Four variates from four words; the first ones are those of `draw`.
+    fn draw_four(words: [u64; 4]) -> [f64; 4];
 }
 
 /// No fluctuations.
@@ -26,29 +28,41 @@ impl Variate for Silent {
     fn draw(_: [u64; 4], _: usize) -> [f64; 3] {
         [0.0; 3]
     }
+    #[inline(always)]
+    fn draw_four(_: [u64; 4]) -> [f64; 4] {
+        [0.0; 4]
+    }
 }
 
 /// Normal variates by the transformation of Box and Muller (1958) on 32-bit uniforms: |xi| < 6.8.
 #[derive(Debug, Clone, Copy)]
 pub struct Gaussian;
 
+#[inline(always)]
+fn box_muller(a: u64, b: u64) -> (f64, f64) {
+    let radius = (-2.0 * ln_unit((from_integer(a) + 0.5) * SCALE)).sqrt();
+    let (c, s) = cos_sin_turn(from_integer(b) * SCALE);
+    (radius * c, radius * s)
+}
+
 impl Variate for Gaussian {
     const NAME: &'static str = "gaussian";
     const ON: bool = true;
     #[inline(always)]
     fn draw(words: [u64; 4], count: usize) -> [f64; 3] {
-        let pair = |a: u64, b: u64| {
-            let radius = (-2.0 * ln_unit((from_integer(a) + 0.5) * SCALE)).sqrt();
-            let (c, s) = cos_sin_turn(from_integer(b) * SCALE);
-            (radius * c, radius * s)
-        };
-        let (x, y) = pair(words[0], words[1]);
+        let (x, y) = box_muller(words[0], words[1]);
         let z = if count > 2 {
-            pair(words[2], words[3]).0
+            box_muller(words[2], words[3]).0
         } else {
             0.0
         };
         [x, y, z]
+    }
+    #[inline(always)]
+    fn draw_four(words: [u64; 4]) -> [f64; 4] {
+        let (x, y) = box_muller(words[0], words[1]);
+        let (z, last) = box_muller(words[2], words[3]);
+        [x, y, z, last]
     }
 }
 
@@ -65,6 +79,11 @@ impl Variate for Uniform {
         const SQRT_12: f64 = 3.464_101_615_137_754_6;
         let one = |word| SQRT_12 * ((from_integer(word) + 0.5) * SCALE - 0.5);
         [one(words[0]), one(words[1]), one(words[2])]
+    }
+    #[inline(always)]
+    fn draw_four(words: [u64; 4]) -> [f64; 4] {
+        const SQRT_12: f64 = 3.464_101_615_137_754_6;
+        words.map(|word| SQRT_12 * ((from_integer(word) + 0.5) * SCALE - 0.5))
     }
 }
 

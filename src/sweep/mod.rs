@@ -9,22 +9,28 @@ mod density;
 mod exchange;
 mod force;
 mod tally;
+mod thermal_exchange;
 mod wall;
 mod wall_density;
 mod wall_exchange;
 mod wall_force;
 mod wall_model;
+mod wall_thermal;
 mod wide;
+mod work;
 
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
 pub use tally::{Tally, Tensor};
+pub use thermal_exchange::{Slopes, ThermalSweep, slopes, thermal_exchange};
 pub use wall_density::wall_densities;
 pub use wall_exchange::wall_exchange;
 pub use wall_force::{Motion, wall_drag, wall_forces, wall_friction_weight};
 pub use wall_model::{wall_pressures, wall_shares};
+pub use wall_thermal::wall_work;
 pub use wide::{Task, run_wide};
+pub use work::pair_work;
 
 use std::marker::PhantomData;
 

@@ -169,11 +169,13 @@ fn unit(x: [f64; 3]) -> [f64; 3] {
     x.map(|x| x * scale)
 }
 
-/// Calls `work` for every block that has links, colour by colour, its sums set to 0.
+/// Calls `work` for every block that has links, colour by colour, its sums set to 0 if they are to
+/// be `fresh`.
 pub(super) fn for_each_links(
     grid: &Grid,
     links: &mut [BlockLinks],
     reverse: bool,
+    fresh: bool,
     work: &(dyn Fn(&mut BlockLinks) + Sync),
 ) {
     let parallel = rayon::current_num_threads() > 1;
@@ -182,7 +184,9 @@ pub(super) fn for_each_links(
         // SAFETY: every base block occurs once among the colours.
         let block = unsafe { shared.slot(base) };
         if !block.links.is_empty() {
-            block.tally.fill([0.0; 6]);
+            if fresh {
+                block.tally.fill([0.0; 6]);
+            }
             work(block);
         }
     };

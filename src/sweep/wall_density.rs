@@ -38,7 +38,7 @@ pub(super) fn symmetric_densities<K: Kernel, const D: usize>(
     let density = Shared::new(&mut particles.density);
     let position = &particles.position;
     let scenery = Scenery::of(walls);
-    for_each_links(grid, &mut links, false, &|block| {
+    for_each_links(grid, &mut links, false, true, &|block| {
         block.views.clear();
         for link in &block.links {
             if let Some(view) = scenery.link::<D>(link, position, cell) {

@@ -124,7 +124,7 @@ pub fn wall_exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
             }
         });
     }
-    for_each_links(grid, &mut links, backward, &|block| {
+    for_each_links(grid, &mut links, backward, true, &|block| {
         if backward {
             for view in block.views.iter().rev() {
                 task.link(view, &mut block.tally);

@@ -341,7 +341,7 @@ fn sweep<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVAT
         motion,
         form: PhantomData,
     };
-    for_each_links(grid, &mut links, false, &|block| {
+    for_each_links(grid, &mut links, false, true, &|block| {
         for view in &block.views {
             task.link(view, &mut block.tally);
         }

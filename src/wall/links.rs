@@ -75,6 +75,8 @@ pub struct OwnImages {
     pub(crate) tally: Vec<Wrench>,
     /// Particles put back in the last step.
     pub(crate) crossings: u64,
+    /// The same of heat received, work done and updates refused, where there is heat.
+    pub(crate) energies: Vec<[f64; 3]>,
 }
 
 /// The links of one base block, in the order of its pairs.
@@ -86,6 +88,8 @@ pub struct BlockLinks {
     pub views: Vec<View>,
     /// Sums over the links by wall, of the sweep under way.
     pub(crate) tally: Vec<Wrench>,
+    /// The same of heat received, work done and updates refused, where there is heat.
+    pub(crate) energies: Vec<[f64; 3]>,
 }
 
 impl BlockLinks {
@@ -115,6 +119,7 @@ impl Walls {
         let kinds = self.images.len();
         for task in &mut self.tasks {
             task.tally.resize(walls, [0.0; 6]);
+            task.energies.resize(walls, [0.0; 3]);
             task.views.clear();
             // No step is to allocate; at corners a particle has a few own images.
             task.views.reserve(TASK * kinds.min(7));
@@ -131,6 +136,7 @@ impl Walls {
             .for_each(|(block, pairs)| {
                 block.links.clear();
                 block.tally.resize(walls, [0.0; 6]);
+                block.energies.resize(walls, [0.0; 3]);
                 self.find_links::<D>(block, pairs, particles, cell, skin);
                 block.views.clear();
                 block.views.reserve(block.links.len());

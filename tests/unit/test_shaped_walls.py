@@ -541,7 +541,7 @@ def test_boundary_particles_lie_on_the_wall_and_know_the_normal_and_the_velocity
         outward = arm / np.linalg.norm(arm, axis=1)[:, None]
         assert np.sum(found.normals * outward, axis=1).min() > 0.99
         assert np.abs(found.velocities - np.cross([0.0, 0.0, 0.5], arm)).max() < 1e-6
-        assert found.temperature == 1.0
+        assert (found.temperatures == 1.0).all()
     flat = sdpd.Box((8.0, 6.0), periodic="x")
     scene = reduced_scene(
         dimension=2,

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import sdpd
+from sdpd import _core
+
+from . import thermal
 
 LAW = sdpd.eos.Linear(background_pressure=100.0)
 FLUID = sdpd.Fluid(
@@ -150,6 +153,20 @@ def test_what_is_refused():
         sdpd.Scene.from_toml(text.replace('"completion"', '"completeness"'))
     with pytest.raises(ValueError, match=r"`wall_model.pressure` must be one of"):
         sdpd.Scene.from_toml(text.replace('"images"', '"image"'))
+
+
+def test_fluids_with_an_energy_are_refused():
+    """At the edge of the package, and at that of the core."""
+    box = sdpd.Box((8.0, 8.0, 8.0), periodic="xy")
+    warm = thermal.scene(box=box, walls=sdpd.walls.slab(box))
+    with pytest.raises(
+        ValueError, match="`wall_model` must be SymmetricImages where the fluid has"
+    ):
+        warm.replace(wall_model=sdpd.Completion())
+    sim = sdpd.Simulation(warm, threads=1)
+    settings = {**sim._settings, "wall_model": sdpd.Completion().core()}
+    with pytest.raises(ValueError, match='"symmetric_images" where the fluid has an energy'):
+        _core.Core(sim.positions, sim.velocities, threads=1, **settings)
 
 
 def test_without_walls_a_model_does_nothing():

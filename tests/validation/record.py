@@ -2,7 +2,8 @@
 
 `results.json` holds one entry a case: its numbers, the machine, and a hash of the physics sources
 that produced them. A default test (tests/unit/test_validation_results.py) fails when those sources
-have changed since: then `make validation` is due.
+have changed since, unless short trajectories show that they still make the same physics
+(signature.py): then `make validation` is due.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import platform
 import subprocess
 from pathlib import Path
 from typing import Any
+
+from tests.validation import signature
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "tests" / "validation" / "results.json"
@@ -31,6 +34,7 @@ WALLED = {
     "wall_models",
 }
 WALLS = ("sweep/wall", "wall/")
+MODELS = "wall_models"  # the case that compares models of walls, whose signature is one more
 PHYSICS = (
     "domain",
     "effect.rs",
@@ -65,6 +69,22 @@ def physics_hash(case: str) -> str:
     return digest.hexdigest()
 
 
+def stale(case: str) -> str | None:
+    """Why the record of a case is not one of the present sources; None where it is."""
+    recorded = load()[case]["physics"]
+    if recorded == physics_hash(case):
+        return None
+    reason = signature.difference(recorded, case in WALLED)
+    if reason is None and case == MODELS:
+        reason = signature.difference(_of_models(recorded), True, models=True)
+    return reason
+
+
+def _of_models(physics: str) -> str:
+    """Where the signature of the models of walls is kept."""
+    return f"{physics}, models of walls"
+
+
 def load() -> dict[str, Any]:
     """The record, empty where there is none yet."""
     if not RESULTS.exists():
@@ -91,8 +111,16 @@ def _processor() -> str:
 def store(case: str, numbers: dict[str, Any]) -> None:
     """Writes one case into the record, with what it was measured on."""
     record = load()
+    physics = physics_hash(case)
+    kept = {entry["physics"] for name, entry in record.items() if name != case}
+    if case == MODELS:
+        signature.store(_of_models(physics), True, {*kept, physics}, models=True)
+        kept.add(_of_models(physics))
+    elif MODELS in record:
+        kept.add(_of_models(record[MODELS]["physics"]))
+    signature.store(physics, case in WALLED, kept)
     record[case] = {
-        "physics": physics_hash(case),
+        "physics": physics,
         "commit": _commit(),
         "machine": f"{_processor()}, {platform.system()}",
         "numbers": numbers,

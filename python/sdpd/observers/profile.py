@@ -91,7 +91,7 @@ class Profile(LoopObserver):
             "samples_per_block", samples_per_block, minimum=1, maximum=validation.LARGEST
         )
         self._scale = 1.0
-        self._dimension = 0
+        self._dimension, self._width = 0, 3
 
     def check(self, sim: Simulation, every: int, dt: float) -> None:
         """Refuse a scene without that axis or wall."""
@@ -110,6 +110,7 @@ class Profile(LoopObserver):
     def _attach(self, sim: Simulation, every: int) -> Any:
         scene = sim.scene
         self._dimension = scene.dimension
+        self._width = 3 + 2 * scene.dimension + scene.active_effects.energy
         self._scale = scene.particle_mass / scene.fluid.boltzmann_constant
         if self.axis is not None:
             index = AXES.index(self.axis)
@@ -134,13 +135,18 @@ class Profile(LoopObserver):
 
     def _rows(self) -> Array:
         tables = self._tables()
-        width = 2 + self.bins * (3 + 2 * self._dimension)
-        return np.concatenate(tables) if tables else np.zeros((0, width))
+        return np.concatenate(tables) if tables else np.zeros((0, 2 + self.bins * self._width))
 
     def _sums(self) -> Array:
-        """(blocks, bins, 3 + 2 D)."""
+        """(blocks, bins, number of sums)."""
         rows = self._rows()
-        return rows[:, 2:].reshape(len(rows), self.bins, 3 + 2 * self._dimension)
+        return rows[:, 2:].reshape(len(rows), self.bins, self._width)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What there are profiles of."""
+        own = ("internal_temperature",) if self._width > 3 + 2 * self._dimension else ()
+        return ("velocity", "temperature", "density", "pressure", *own)
 
     @property
     def blocks(self) -> int:
@@ -171,13 +177,14 @@ class Profile(LoopObserver):
 
         Parameters
         ----------
-        name : {"velocity", "temperature", "density", "pressure"}
+        name : str
+            One of `names`.
 
         Returns
         -------
         ndarray of float64, shape (blocks, bins) or (blocks, bins, D)
         """
-        validation.choice("name", name, ("velocity", "temperature", "density", "pressure"))
+        validation.choice("name", name, self.names)
         return self._quantity(name, self._sums())
 
     def _quantity(self, name: str, sums: Array) -> Array:
@@ -189,6 +196,8 @@ class Profile(LoopObserver):
             return np.asarray(sums[..., 1 + 2 * d] / number)
         if name == "pressure":
             return np.asarray(sums[..., 2 + 2 * d] / number)
+        if name == "internal_temperature":
+            return np.asarray(sums[..., 3 + 2 * d] / number)
         mean = sums[..., 1 : 1 + d] / number[..., None]
         # The mean of all blocks: that of a block would take its own share of the fluctuations.
         if mean.ndim == 3:
@@ -210,13 +219,14 @@ class Profile(LoopObserver):
 
         Parameters
         ----------
-        name : {"velocity", "temperature", "density", "pressure"}
+        name : str
+            One of `names`.
 
         Returns
         -------
         ndarray of float64, shape (bins,) or (bins, D)
         """
-        validation.choice("name", name, ("velocity", "temperature", "density", "pressure"))
+        validation.choice("name", name, self.names)
         sums = self._sums()
         groups = min(GROUPS, len(sums))
         starts = np.arange(groups) * len(sums) // max(1, groups)
@@ -240,6 +250,12 @@ class Profile(LoopObserver):
         return self._mean("temperature")
 
     @property
+    def internal_temperature(self) -> Array:
+        """Mean of the particles' own temperatures, of a fluid with an energy, (bins,)."""
+        validation.choice("name", "internal_temperature", self.names)
+        return self._mean("internal_temperature")
+
+    @property
     def density(self) -> Array:
         """Mean summed mass density of the particles, (bins,) [mass/length^D]."""
         return self._mean("density")
@@ -260,7 +276,7 @@ class Profile(LoopObserver):
             (self._sums()[:, :, 0] / self._rows()[:, 1, None]).ravel(),
             *self.series("velocity").reshape(-1, d).T,
         ]
-        for name in ("density", "pressure"):
+        for name in ("density", "pressure", *self.names[4:]):
             names.append(name)
             columns.append(self.series(name).ravel())
         table = np.stack(columns, axis=1)

@@ -86,6 +86,7 @@ class Thermodynamics(LoopObserver):
             "energy": "J",
             "momentum": "kg m/s",
             "density": f"kg/{per_volume}",
+            "square_internal_temperature": "K^2",
             "square_density": f"kg^2/{'m^6' if d == 3 else 'm^4'}",
             "pressure": "Pa" if d == 3 else "N/m",
         }
@@ -96,6 +97,7 @@ class Thermodynamics(LoopObserver):
             "energy": "energy",
             "momentum": "mass length/time",
             "density": f"mass/length^{d}",
+            "square_internal_temperature": "temperature^2",
             "square_density": f"mass^2/length^{2 * d}",
             "pressure": f"energy/length^{d}",
         }
@@ -111,7 +113,9 @@ class Thermodynamics(LoopObserver):
         temperature m sum |v - <v>|^2/(N - 1)/k_B, mean and by component; ``kinetic_energy``,
         ``potential_energy`` [energy]; ``momentum_x``... [mass length/time]; ``mean_density``
         [mass/length^D], ``mean_square_density`` [its square] and ``mean_pressure``
-        [energy/length^D], over particles.
+        [energy/length^D], over particles. Of a fluid with an energy ``internal_energy`` takes the
+        place of the potential one, and ``internal_temperature`` [temperature] and
+        ``square_internal_temperature`` [its square] are means over the particles' own temperatures.
         """
         names = self.names
         kinds = [(name, np.int64 if name == "step" else np.float64) for name in names]

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd.box import AXES
-from sdpd.walls import Cylinder, Plane, ShapedWall, Sphere
 
 from .base import Array, LoopObserver
 
@@ -67,7 +66,7 @@ class WallForces(LoopObserver):
 
     def _attach(self, sim: Simulation, every: int) -> Any:
         self._dimension = sim.scene.dimension
-        self._areas = [_area(sim, index) for index in range(len(sim.scene.walls))]
+        self._areas = [sim.scene.geometry.area(index) for index in range(len(sim.scene.walls))]
         return sim._core.attach_wall_forces(every)
 
     def rewind(self, step: int) -> None:
@@ -131,22 +130,3 @@ class WallForces(LoopObserver):
 
     def __repr__(self) -> str:
         return f"<sdpd.WallForces every {self._every or self.every}: {len(self)} samples>"
-
-
-def _area(sim: Simulation, index: int) -> float:
-    """Area of a wall in the box [length^(D-1)]; NaN where it has no simple one."""
-    scene = sim.scene
-    wall, geometry = scene.walls[index], scene.geometry
-    lengths = [high - low for low, high in geometry.extents]
-    if isinstance(wall, Plane):
-        axis = int(np.argmax(np.abs(wall.frame(scene.box)[1])))
-        if not geometry.is_cuboid:
-            return float("nan")
-        return float(np.prod([length for k, length in enumerate(lengths) if k != axis]))
-    if isinstance(wall, ShapedWall):
-        return wall.measure(scene.box)
-    if isinstance(wall, Sphere):
-        return float(4.0 * np.pi * wall.radius**2)
-    assert isinstance(wall, Cylinder)
-    length = lengths[AXES.index(wall.axis)] if scene.dimension == 3 else 1.0
-    return float(2.0 * np.pi * wall.radius * length)

@@ -12,6 +12,12 @@ from .density import (
     stiffness_slope,
 )
 from .friction import FrictionTheory, friction_coefficients, viscosities
+from .heat_flow import (
+    HeatedShear,
+    conduction_profile,
+    thermal_couette,
+    transient_conduction,
+)
 from .hydrodynamics import HydrodynamicTheory, isothermal_sound_speed
 from .kernel_moments import friction_integral, kernel_square_integral, kernel_transform
 from .landau_lifshitz import CellVariances, cell_variances
@@ -30,10 +36,12 @@ __all__ = [
     "CylinderArrayFlow",
     "DensityTheory",
     "FrictionTheory",
+    "HeatedShear",
     "HydrodynamicTheory",
     "ViscosityTheory",
     "cell_count_variance",
     "cell_variances",
+    "conduction_profile",
     "couette_velocity",
     "cylinder_array_drag",
     "cylinder_array_flow",
@@ -52,6 +60,8 @@ __all__ = [
     "stiffness_slope",
     "taylor_couette_torque",
     "taylor_couette_velocity",
+    "thermal_couette",
+    "transient_conduction",
     "vacf_modes",
     "vacf_tail",
     "viscosities",

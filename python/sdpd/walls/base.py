@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sdpd import validation
 from sdpd.box import AXES, Box
+from sdpd.wall_heat import WallHeat
 
 if TYPE_CHECKING:
     from sdpd.scene import Scene
@@ -31,23 +32,30 @@ class BoundaryParticles:
         Unit normals into the fluid.
     velocities : ndarray of float64, shape (N, D)
         Of the wall there [length/time].
-    temperature : float
-        Of the wall, which is that of the fluid [temperature].
+    temperatures : ndarray of float64, shape (N,)
+        Of the wall there [temperature]: that of the fluid, unless it has its own.
     """
 
     positions: Array
     normals: Array
     velocities: Array
-    temperature: float
+    temperatures: Array
 
     def __len__(self) -> int:
         return len(self.positions)
+
+
+def check_heat(heat: object) -> None:
+    """Raise TypeError if it is no thermal condition."""
+    expected = "sdpd.Isothermal(...), sdpd.Adiabatic() or sdpd.HeatFlux(...)"
+    validation.instance("heat", heat, WallHeat, expected)
 
 
 class Wall:
     """Base of the walls."""
 
     slip: bool
+    heat: WallHeat
 
     def core(self, box: Box) -> tuple[str, list[float]]:
         """Name and numbers for the core."""
@@ -127,7 +135,7 @@ class Wall:
             points,
             self.normals_at(points, box),
             self.velocities_at(points, box),
-            scene.fluid.temperature,
+            np.asarray(self.heat.temperature_at(points, scene.fluid.temperature)),
         )
 
     def points_on(self, box: Box, spacing: float) -> Array:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from sdpd import validation
 from sdpd.box import AXES, Box
 from sdpd.errors import ResolutionWarning
-from sdpd.walls.base import Wall, check_length, spun, three, vector_of
+from sdpd.wall_heat import Isothermal, WallHeat
+from sdpd.walls.base import Wall, check_heat, check_length, spun, three, vector_of
 
 if TYPE_CHECKING:
     from sdpd._core import Solid, WallField
@@ -40,12 +41,15 @@ class ShapedWall(Wall):
         surface if None.
     slip : bool
         Whether the fluid slips freely: images then have no friction.
+    heat : Isothermal, Adiabatic or HeatFlux
+        How heat passes the wall, where the fluid has an energy.
     """
 
     velocity: tuple[float, ...] | None = None
     angular_velocity: tuple[float, ...] | None = None
     centre: tuple[float, ...] | None = None
     slip: bool = False
+    heat: WallHeat = Isothermal()
 
     def __post_init__(self) -> None:
         for name in ("velocity", "centre"):
@@ -62,6 +66,7 @@ class ShapedWall(Wall):
                 )
             object.__setattr__(self, "angular_velocity", spin)
         object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
+        check_heat(self.heat)
 
     def check(self, box: Box, name: str) -> None:  # noqa: D102
         for part in ("velocity", "centre"):

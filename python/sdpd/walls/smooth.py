@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from sdpd import validation
 from sdpd.box import AXES, Box
-from sdpd.walls.base import Wall, check_length, spun, three, vector_of
+from sdpd.wall_heat import Isothermal, WallHeat
+from sdpd.walls.base import Wall, check_heat, check_length, spun, three, vector_of
 
 __all__ = ["Cylinder", "Plane", "Sphere", "enclosure", "slab"]
 
@@ -39,6 +40,8 @@ class Plane(Wall):
         Of the wall [length/time], along itself; at rest if None.
     slip : bool
         Whether the fluid slips freely: images then have no friction.
+    heat : Isothermal, Adiabatic or HeatFlux
+        How heat passes the wall, where the fluid has an energy.
 
     Raises
     ------
@@ -59,6 +62,7 @@ class Plane(Wall):
     normal: tuple[float, ...] | None = None
     velocity: tuple[float, ...] | None = None
     slip: bool = False
+    heat: WallHeat = Isothermal()
 
     def __post_init__(self) -> None:
         by_axis = self.axis is not None and self.at is not None
@@ -80,6 +84,7 @@ class Plane(Wall):
         if self.velocity is not None:
             object.__setattr__(self, "velocity", vector_of("velocity", self.velocity))
         object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
+        check_heat(self.heat)
 
     def frame(self, box: Box) -> tuple[Array, Array]:
         """A point and the unit normal into the fluid, (D,) each."""
@@ -191,6 +196,8 @@ class Cylinder(Wall):
         About the axis, by the right-hand rule [1/time].
     slip : bool
         Whether the fluid slips freely: images then have no friction.
+    heat : Isothermal, Adiabatic or HeatFlux
+        How heat passes the wall, where the fluid has an energy.
 
     Raises
     ------
@@ -211,6 +218,7 @@ class Cylinder(Wall):
     velocity: float = 0.0
     angular_velocity: float = 0.0
     slip: bool = False
+    heat: WallHeat = Isothermal()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", validation.positive("radius", self.radius))
@@ -220,6 +228,7 @@ class Cylinder(Wall):
         for name in ("velocity", "angular_velocity"):
             object.__setattr__(self, name, validation.finite(name, getattr(self, name)))
         object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
+        check_heat(self.heat)
 
     def check(self, box: Box, name: str) -> None:  # noqa: D102
         check_length(f"{name}.centre", self.centre, box)
@@ -287,6 +296,8 @@ class Sphere(Wall):
         [1/time].
     slip : bool
         Whether the fluid slips freely: images then have no friction.
+    heat : Isothermal, Adiabatic or HeatFlux
+        How heat passes the wall, where the fluid has an energy.
 
     Raises
     ------
@@ -305,6 +316,7 @@ class Sphere(Wall):
     fluid: str = "outside"
     angular_velocity: tuple[float, ...] = (0.0, 0.0, 0.0)
     slip: bool = False
+    heat: WallHeat = Isothermal()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", validation.positive("radius", self.radius))
@@ -315,6 +327,7 @@ class Sphere(Wall):
             object.__setattr__(self, name, value)
         validation.choice("fluid", self.fluid, _SIDES)
         object.__setattr__(self, "slip", validation.boolean("slip", self.slip))
+        check_heat(self.heat)
 
     def check(self, box: Box, name: str) -> None:  # noqa: D102
         if box.dimension != 3:

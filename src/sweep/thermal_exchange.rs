@@ -1,0 +1,473 @@
+//! The pair sweep of the thermal splitting: friction, heating and conduction of each pair solved one
+//! after the other, positions frozen (physics/thermal.rs). Forward: friction, then conduction; a
+//! backward sweep is the same from its end. What depends on positions alone is computed for a chunk
+//! at once, and so are the decays where the coefficients are constants.
+
+use std::marker::PhantomData;
+
+use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
+use super::wall_thermal::WallRounds;
+use super::{CHUNK, Direction, Shared, Task, for_each_block, padded, run_wide};
+use crate::domain::PeriodicBox;
+use crate::kernel::Kernel;
+use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
+use crate::physics::{Exchanges, FrictionDecay, HeatDecay, ThermalExchange};
+use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::state::Particles;
+use crate::thermal::Thermal;
+use crate::wall::Walls;
+
+/// F of the squared distances of a chunk: the kernel enters this sweep as a function, not as a type,
+/// which keeps the number of loops to compile small.
+pub type Slopes = fn(&[f64; CHUNK], &mut [f64; CHUNK]);
+
+struct SlopeTask<'a, K, const D: usize> {
+    r2: &'a [f64; CHUNK],
+    slope: &'a mut [f64; CHUNK],
+    kernel: PhantomData<K>,
+}
+
+impl<K: Kernel, const D: usize> Task for SlopeTask<'_, K, D> {
+    #[inline(always)]
+    fn run(self) {
+        for (slope, r2) in self.slope.iter_mut().zip(self.r2) {
+            *slope = K::f::<D>(r2.sqrt());
+        }
+    }
+}
+
+/// The `Slopes` of a kernel.
+pub fn slopes<K: Kernel, const D: usize>(r2: &[f64; CHUNK], slope: &mut [f64; CHUNK]) {
+    run_wide(SlopeTask::<K, D> {
+        r2,
+        slope,
+        kernel: PhantomData,
+    });
+}
+
+/// The arrays of one chunk: pairs within the support, in the order of the sweep.
+#[repr(align(64))]
+struct Lanes {
+    slots: [[u32; 2]; CHUNK],
+    r: [[f64; CHUNK]; 3],
+    r2: [f64; CHUNK],
+    inverse_r2: [f64; CHUNK],
+    weight: [f64; CHUNK],
+    low: [u64; CHUNK],
+    high: [u64; CHUNK],
+    sign: [f64; CHUNK],
+    energy: [[f64; CHUNK]; 2],
+    decays: [[f64; CHUNK]; 6],
+    /// Normal variates, and where the momentum exchanged is kept for the tally.
+    xi: [[f64; CHUNK]; 4],
+    change: [[f64; CHUNK]; 3],
+}
+
+struct ThermalTask<'a, X, V, const D: usize> {
+    block: &'a BlockList,
+    cell: &'a PeriodicBox,
+    position: &'a [[f64; 4]],
+    velocity: Shared<'a, [f64; 4]>,
+    energy: Shared<'a, f64>,
+    refused: Shared<'a, u64>,
+    id: &'a [u64],
+    slopes: Slopes,
+    exchange: ThermalExchange,
+    key: SweepKey,
+    direction: Direction,
+    round: usize,
+    number: u32,
+    tally: Option<BlockSums<'a>>,
+    form: PhantomData<(X, V)>,
+}
+
+/// What happened to a pair.
+struct Change {
+    momentum: [f64; 3],
+    random: [f64; 3],
+    refused: u64,
+}
+
+impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
+    /// Puts the pairs within the support into lanes, in the order of the sweep.
+    #[inline(always)]
+    fn gather<'p>(
+        &self,
+        lanes: &mut Lanes,
+        first: usize,
+        pairs: impl Iterator<Item = &'p [u16; 2]>,
+    ) -> usize {
+        let slots = &self.block.slots[..];
+        let mut at = first;
+        for pair in pairs {
+            let [i, j] = pair.map(|place| slots[place as usize]);
+            let (a, b) = (&self.position[i as usize], &self.position[j as usize]);
+            let r = self
+                .cell
+                .nearest::<D>([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
+            let mut r2 = r[0] * r[0] + r[1] * r[1];
+            if D == 3 {
+                r2 += r[2] * r[2];
+            }
+            // Callers leave room for all pairs; the mask only tells the compiler so.
+            let lane = at & (CHUNK - 1);
+            lanes.slots[lane] = [i, j];
+            for axis in 0..D {
+                lanes.r[axis][lane] = r[axis];
+            }
+            lanes.r2[lane] = r2;
+            lanes.weight[lane] = a[3] * b[3];
+            // SAFETY: blocks of one colour share no particle, and the references end here.
+            unsafe {
+                lanes.energy[0][lane] = *self.energy.slot(i);
+                lanes.energy[1][lane] = *self.energy.slot(j);
+            }
+            if V::ON {
+                let (p, q) = (self.id[i as usize], self.id[j as usize]);
+                [lanes.low[lane], lanes.high[lane]] = pair_counter(p, q);
+                lanes.sign[lane] = if p < q { 1.0 } else { -1.0 };
+            }
+            at += usize::from(r2 < 1.0);
+        }
+        at
+    }
+
+    #[inline(always)]
+    fn compute(&self, lanes: &mut Lanes, count: usize) {
+        if V::ON {
+            for k in 0..padded(count) {
+                let [low, high] = [lanes.low[k], lanes.high[k]];
+                let counter = [low, high, self.key.tail[0], self.key.tail[1]];
+                let xi = V::draw_four(philox4x32_lanes(counter, self.key.key));
+                for (lane, x) in lanes.xi.iter_mut().zip(xi) {
+                    lane[k] = lanes.sign[k] * x;
+                }
+            }
+        }
+        let mut slope = [0.0; CHUNK];
+        (self.slopes)(&lanes.r2, &mut slope);
+        for k in 0..padded(count) {
+            let weight = lanes.weight[k];
+            let r2 = lanes.r2[k];
+            lanes.inverse_r2[k] = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
+            lanes.weight[k] = slope[k] * (weight * weight);
+        }
+        if X::FRICTION && !X::VARIABLE {
+            for k in 0..padded(count) {
+                let e = [lanes.energy[0][k], lanes.energy[1][k]];
+                let d = self.exchange.friction::<X>(lanes.weight[k], e, V::ON);
+                lanes.decays[0][k] = d.across;
+                lanes.decays[1][k] = d.along;
+                lanes.decays[2][k] = d.spread_across;
+                lanes.decays[3][k] = d.spread_along;
+            }
+        }
+        if X::CONDUCTION && !X::VARIABLE {
+            for k in 0..padded(count) {
+                let d = self.exchange.heat(lanes.weight[k], V::ON);
+                lanes.decays[4][k] = d.heat;
+                lanes.decays[5][k] = d.spread;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn friction_decay(&self, lanes: &Lanes, k: usize, e: [f64; 2], square: f64) -> FrictionDecay {
+        if X::VARIABLE {
+            let g = lanes.weight[k] * self.exchange.viscous_factor(e, square);
+            return self.exchange.friction::<X>(g, e, V::ON);
+        }
+        let d = &lanes.decays;
+        FrictionDecay {
+            across: d[0][k],
+            along: d[1][k],
+            spread_across: d[2][k],
+            spread_along: d[3][k],
+        }
+    }
+
+    #[inline(always)]
+    fn heat_decay(&self, lanes: &Lanes, k: usize, e: [f64; 2]) -> HeatDecay {
+        if X::VARIABLE {
+            let g = lanes.weight[k] * self.exchange.conductive_factor(e);
+            return self.exchange.heat(g, V::ON);
+        }
+        HeatDecay {
+            heat: lanes.decays[4][k],
+            spread: lanes.decays[5][k],
+        }
+    }
+
+    #[inline(always)]
+    fn friction(&self, lanes: &Lanes, k: usize, change: &mut Change) {
+        let [i, j] = lanes.slots[k];
+        // SAFETY: blocks of one colour share no particle, and i != j.
+        let (v, w, ei, ej) = unsafe {
+            (
+                self.velocity.slot(i),
+                self.velocity.slot(j),
+                self.energy.slot(i),
+                self.energy.slot(j),
+            )
+        };
+        let e = [*ei, *ej];
+        let (mut u, mut approach, mut square) = ([0.0; 3], 0.0, 0.0);
+        for a in 0..D {
+            u[a] = v[a] - w[a];
+            approach += lanes.r[a][k] * u[a];
+            square += u[a] * u[a];
+        }
+        let d = self.friction_decay(lanes, k, e, square);
+        let inverse = lanes.inverse_r2[k];
+        let along = 0.5 * (d.along - d.across) * inverse * approach;
+        let (mut strength, mut excess) = (0.0, 0.0);
+        if V::ON {
+            let width = 0.5 * self.exchange.width::<X>(e);
+            strength = width * d.spread_across;
+            let mut projected = 0.0;
+            for a in 0..D {
+                projected += lanes.r[a][k] * lanes.xi[a][k];
+            }
+            excess = width * (d.spread_along - d.spread_across) * inverse * projected;
+        }
+        let (mut dv, mut work) = ([0.0; 3], 0.0);
+        for a in 0..D {
+            let random = strength * lanes.xi[a][k] + excess * lanes.r[a][k];
+            dv[a] = 0.5 * d.across * u[a] + along * lanes.r[a][k] + random;
+            change.random[a] = random;
+            work += dv[a] * (u[a] + dv[a]);
+        }
+        if X::HEATING {
+            // Half of the kinetic energy lost goes to each.
+            let gain = -0.5 * work;
+            if !(e[0] + gain > 0.0 && e[1] + gain > 0.0) {
+                change.refused += 1;
+                change.random = [0.0; 3];
+                return;
+            }
+            *ei = e[0] + gain;
+            *ej = e[1] + gain;
+        }
+        for a in 0..D {
+            v[a] += dv[a];
+            w[a] -= dv[a];
+        }
+        change.momentum = dv;
+    }
+
+    #[inline(always)]
+    fn conduction(&self, lanes: &Lanes, k: usize, change: &mut Change) {
+        let [i, j] = lanes.slots[k];
+        // SAFETY: blocks of one colour share no particle, and i != j.
+        let (ei, ej) = unsafe { (self.energy.slot(i), self.energy.slot(j)) };
+        let e = [*ei, *ej];
+        let d = self.heat_decay(lanes, k, e);
+        match self.exchange.conduct(e, &d, lanes.xi[3][k], V::ON) {
+            Some(after) => [*ei, *ej] = after,
+            None => change.refused += 1,
+        }
+    }
+
+    /// One pair.
+    #[inline(always)]
+    fn update(&self, lanes: &Lanes, k: usize) -> Change {
+        let mut change = Change {
+            momentum: [0.0; 3],
+            random: [0.0; 3],
+            refused: 0,
+        };
+        if X::CONDUCTION && self.direction == Direction::Backward {
+            self.conduction(lanes, k, &mut change);
+        }
+        if X::FRICTION {
+            self.friction(lanes, k, &mut change);
+        }
+        if X::CONDUCTION && self.direction == Direction::Forward {
+            self.conduction(lanes, k, &mut change);
+        }
+        change
+    }
+
+    /// One chunk after the other: `next(n)` gives the next at most n pairs.
+    #[inline(always)]
+    fn sweep<'p, I: ExactSizeIterator<Item = &'p [u16; 2]>>(
+        &self,
+        lanes: &mut Lanes,
+        mut next: impl FnMut(usize) -> I,
+    ) {
+        let mut virial = self.tally.map(Virial::new);
+        let mut refused = 0;
+        loop {
+            let (mut count, mut finished) = (0, false);
+            while CHUNK - count >= 16 && !finished {
+                let pairs = next(CHUNK - count);
+                finished = pairs.len() < CHUNK - count;
+                count = self.gather(lanes, count, pairs);
+            }
+            self.compute(lanes, count);
+            match &mut virial {
+                None => {
+                    for k in 0..count {
+                        refused += self.update(lanes, k).refused;
+                    }
+                }
+                Some(virial) => refused += self.update_and_add(lanes, count, virial),
+            }
+            if finished {
+                break;
+            }
+        }
+        // SAFETY: this block's own number.
+        unsafe {
+            *self.refused.slot(self.number) += refused;
+            if let (Some(sums), Some(virial)) = (self.tally, virial) {
+                sums.add(self.number, &virial.sum);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn update_and_add(&self, lanes: &mut Lanes, count: usize, virial: &mut Virial) -> u64 {
+        let mut refused = 0;
+        for k in 0..count {
+            let change = self.update(lanes, k);
+            refused += change.refused;
+            for a in 0..D {
+                lanes.change[a][k] = change.momentum[a];
+                if let Some(PartLanes { parts }) = &mut virial.parts {
+                    parts[1][a][k] = change.momentum[a] - change.random[a];
+                    parts[2][a][k] = change.random[a];
+                }
+            }
+        }
+        match &mut virial.parts {
+            Some(parts) => parts.add_to::<D>(&mut virial.sum, &lanes.r, count),
+            None => add_outer::<D>(&mut virial.sum[1], &lanes.r, &mut lanes.change, count),
+        }
+        refused
+    }
+}
+
+impl<X: Exchanges, V: Variate, const D: usize> Task for ThermalTask<'_, X, V, D> {
+    #[inline(always)]
+    fn run(self) {
+        let zero = [0.0; CHUNK];
+        let mut lanes = Lanes {
+            slots: [[0; 2]; CHUNK],
+            r: [zero; 3],
+            r2: zero,
+            inverse_r2: zero,
+            weight: zero,
+            low: [0; CHUNK],
+            high: [0; CHUNK],
+            sign: zero,
+            energy: [[1.0; CHUNK]; 2],
+            decays: [zero; 6],
+            xi: [zero; 4],
+            change: [zero; 3],
+        };
+        let rounds = &self.block.rounds;
+        let mut rest =
+            &self.block.shuffled[rounds[self.round] as usize..rounds[self.round + 1] as usize];
+        match self.direction {
+            Direction::Forward => self.sweep(&mut lanes, |n| {
+                let (now, later) = rest.split_at(n.min(rest.len()));
+                rest = later;
+                now.iter()
+            }),
+            Direction::Backward => self.sweep(&mut lanes, |n| {
+                let (later, now) = rest.split_at(rest.len() - n.min(rest.len()));
+                rest = later;
+                now.iter().rev()
+            }),
+        }
+    }
+}
+
+/// What a thermal sweep works on, beside the particles.
+pub struct ThermalSweep<'a> {
+    /// Blocks and their colours.
+    pub grid: &'a Grid,
+    /// Pairs.
+    pub list: &'a PairList,
+    /// The box.
+    pub cell: &'a PeriodicBox,
+    /// F of the kernel, for the distances of a chunk.
+    pub slopes: Slopes,
+    /// The same for one distance.
+    pub slope: fn(f64) -> f64,
+    /// The exchange of half a step.
+    pub exchange: ThermalExchange,
+    /// How long that is.
+    pub time: f64,
+    /// Of the noise.
+    pub key: SweepKey,
+    /// Order of the sweep.
+    pub direction: Direction,
+}
+
+/// One sweep over all pairs and over links to images: round by round, colour by colour, block by
+/// block. Updates that would leave a particle without energy are not made, and counted.
+pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
+    particles: &mut Particles,
+    walls: &mut Walls,
+    thermal: &mut Thermal,
+    sweep: &ThermalSweep<'_>,
+    mut tally: Option<&mut Tally>,
+) {
+    let sums = tally.as_deref_mut().map(Tally::begin);
+    let mut along = WallRounds::begin(walls);
+    let backward = sweep.direction == Direction::Backward;
+    for k in 0..ROUNDS {
+        let round = if backward { ROUNDS - 1 - k } else { k };
+        // Walls after the pairs, and backward before them: a step is the same from both ends.
+        if let (true, Some(along)) = (backward, &mut along) {
+            along.round::<X, V, D>(particles, walls, thermal, sweep, round);
+        }
+        if X::FRICTION || X::CONDUCTION {
+            pairs::<X, V, D>(particles, thermal, sweep, round, sums);
+        }
+        if let (false, Some(along)) = (backward, &mut along) {
+            along.round::<X, V, D>(particles, walls, thermal, sweep, round);
+        }
+    }
+    if let Some(along) = along {
+        along.finish(particles, walls, thermal, sweep.time);
+    }
+    if let Some(tally) = tally {
+        tally.keep_exchange();
+    }
+}
+
+fn pairs<X: Exchanges, V: Variate, const D: usize>(
+    particles: &mut Particles,
+    thermal: &mut Thermal,
+    sweep: &ThermalSweep<'_>,
+    round: usize,
+    tally: Option<BlockSums<'_>>,
+) {
+    let velocity = Shared::new(&mut particles.velocity);
+    let energy = Shared::new(&mut particles.scalars[thermal.fields.heat].values);
+    let refused = Shared::new(&mut thermal.refused);
+    let (position, id) = (&particles.position, &particles.id);
+    let backward = sweep.direction == Direction::Backward;
+    for_each_block(sweep.grid, sweep.list, backward, &|number, block| {
+        run_wide(ThermalTask::<X, V, D> {
+            block,
+            cell: sweep.cell,
+            position,
+            velocity,
+            energy,
+            refused,
+            id,
+            slopes: sweep.slopes,
+            exchange: sweep.exchange,
+            key: sweep.key,
+            direction: sweep.direction,
+            round,
+            number,
+            tally,
+            form: PhantomData,
+        });
+    });
+}

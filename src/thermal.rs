@@ -1,0 +1,359 @@
+//! What a fluid with an energy has on top of the others: temperatures, the books of the work that
+//! pressure does, heat through walls. The state of a particle is its thermal energy C T, in units of
+//! m u0^2 like all energies of the loops; kB = 1 there, so temperatures are in units of m u0^2/kB.
+
+use rayon::prelude::*;
+
+use crate::eos::caloric::{self, Caloric};
+use crate::error::{Error, Result};
+use crate::physics::PairThermal;
+use crate::state::Particles;
+use crate::units::Units;
+use crate::valid::{finite, non_negative, positive};
+use crate::wall::Wrench;
+
+/// Particles per task of the elementwise loops.
+const GRAIN: usize = 512;
+
+/// What the user asks of the energies, in the user's units.
+#[derive(Debug, Clone)]
+pub struct ThermalSettings {
+    /// Caloric equation of state: name, parameters, name of the isotherm (of a liquid).
+    pub eos: (String, Vec<f64>, String),
+    /// kB.
+    pub boltzmann: f64,
+    /// kappa `[energy/(time temperature length^(D-2))]`, 0 without conduction.
+    pub conductivity: f64,
+    /// Exponents of eta ~ T^n and kappa ~ T^n, and the temperature at which they have their values.
+    pub exponents: [f64; 2],
+    /// See `exponents`.
+    pub reference: f64,
+    /// Keep the books of the work, so that the total energy holds to rounding?
+    pub bookkeeping: bool,
+    /// Condition at each wall.
+    pub walls: Vec<WallHeatSettings>,
+}
+
+/// Heat at a wall: "isothermal" with T and its gradient (D numbers, about the origin), "adiabatic",
+/// or "flux" with the heat into the fluid `[energy/time]` and the area it goes through.
+pub type WallHeatSettings = (String, Vec<f64>);
+
+/// Heat at a wall, in reduced units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WallHeat {
+    /// A bath of temperature T + G.x, x at the foot.
+    Isothermal {
+        /// T.
+        temperature: f64,
+        /// G.
+        gradient: [f64; 3],
+    },
+    /// No heat.
+    Adiabatic,
+    /// A given power, spread over the particles next to the wall.
+    Flux {
+        /// Energy per time.
+        power: f64,
+    },
+}
+
+impl WallHeat {
+    fn parse(wall: &WallHeatSettings, index: usize, units: &Units, kelvin: f64) -> Result<Self> {
+        let (kind, numbers) = wall;
+        let name = format!("walls[{index}].heat");
+        let d = units.dimension as usize;
+        let count = match kind.as_str() {
+            "isothermal" => 1 + d,
+            "adiabatic" => 0,
+            "flux" => 1,
+            other => {
+                return Err(Error::Invalid(format!(
+                    "`{name}` must be \"isothermal\", \"adiabatic\" or \"flux\", got {other:?}"
+                )));
+            }
+        };
+        if numbers.len() != count {
+            return Err(Error::Invalid(format!(
+                "`{name}` {kind:?} takes {count} numbers, got {}",
+                numbers.len()
+            )));
+        }
+        Ok(match kind.as_str() {
+            "isothermal" => {
+                let mut gradient = [0.0; 3];
+                for (a, &g) in numbers[1..].iter().enumerate() {
+                    gradient[a] = finite(&name, g)? * units.length / kelvin;
+                }
+                Self::Isothermal {
+                    temperature: positive(&name, numbers[0])? / kelvin,
+                    gradient,
+                }
+            }
+            "flux" => Self::Flux {
+                power: finite(&name, numbers[0])? * units.time() / units.energy(),
+            },
+            _ => Self::Adiabatic,
+        })
+    }
+}
+
+/// Numbers of the fields among the particles' scalars.
+#[derive(Debug, Clone, Copy)]
+pub struct Fields {
+    /// Thermal energy C T.
+    pub heat: usize,
+    /// Entropy per mass before the drift.
+    pub entropy: usize,
+    /// Internal energy before the drift, less the work done since.
+    pub energy: usize,
+    /// Sums of the work sweep.
+    pub work: usize,
+}
+
+/// The thermal part of a simulation.
+pub struct Thermal {
+    /// Caloric equation of state, in the user's units.
+    pub eos: Box<dyn Caloric>,
+    /// Coefficients of a pair.
+    pub pair: PairThermal,
+    /// The unit of temperature.
+    pub kelvin: f64,
+    /// Is the work kept in the books?
+    pub bookkeeping: bool,
+    /// Where the energies are.
+    pub fields: Fields,
+    /// Heat at each wall.
+    pub walls: Vec<WallHeat>,
+    /// Of each wall: heat it has received, and work it has done on the fluid.
+    pub exchanged: Vec<[f64; 2]>,
+    /// Updates of pairs that were not made, by block.
+    pub refused: Vec<u64>,
+    /// What the adiabat alone would have added, by slot: only the sum has a meaning.
+    pub discarded: Vec<f64>,
+    /// Work of the body force, by slot.
+    pub input: Vec<f64>,
+    to_density: f64,
+    from_pressure: f64,
+    from_specific: f64,
+}
+
+/// One number that all fluctuating loops add up in the same order.
+fn sum(values: &[f64]) -> f64 {
+    values.iter().sum()
+}
+
+impl Thermal {
+    /// Parses what the user asks for; the particles get their fields.
+    pub fn new(
+        settings: &ThermalSettings,
+        units: &Units,
+        friction: [f64; 2],
+        particles: &mut Particles,
+        blocks: usize,
+    ) -> Result<Self> {
+        let (kind, parameters, isotherm) = &settings.eos;
+        let eos = caloric::build(kind, parameters, isotherm)?;
+        let boltzmann = positive("boltzmann_constant", settings.boltzmann)?;
+        let kelvin = units.energy() / boltzmann;
+        let unit = boltzmann / (units.time() * units.length.powi(units.dimension - 2));
+        let conductivity = non_negative("thermal_conductivity", settings.conductivity)? / unit;
+        let reference = positive("reference_temperature", settings.reference)? / kelvin;
+        for exponent in settings.exponents {
+            finite("transport_exponents", exponent)?;
+        }
+        let capacity = eos.heat_capacity() * units.mass / boltzmann;
+        let walls = settings.walls.iter().enumerate();
+        let walls: Vec<_> = walls
+            .map(|(index, wall)| WallHeat::parse(wall, index, units, kelvin))
+            .collect::<Result<_>>()?;
+        let n = particles.len();
+        let fields = Fields {
+            heat: particles.add_scalar("thermal_energy", true),
+            entropy: particles.add_scalar("entropy", false),
+            energy: particles.add_scalar("energy", false),
+            work: particles.add_scalar("work", false),
+        };
+        let [across, along] = friction;
+        Ok(Self {
+            eos,
+            pair: PairThermal {
+                across,
+                along,
+                conductivity,
+                capacity,
+                exponents: settings.exponents,
+                inverse_reference: 1.0 / reference,
+                dimension: f64::from(units.dimension),
+            },
+            kelvin,
+            bookkeeping: settings.bookkeeping,
+            fields,
+            exchanged: vec![[0.0; 2]; walls.len()],
+            walls,
+            refused: vec![0; blocks],
+            discarded: vec![0.0; n],
+            input: vec![0.0; n],
+            to_density: units.mass_density(),
+            from_pressure: 1.0 / units.pressure(),
+            from_specific: 1.0 / (units.velocity * units.velocity),
+        })
+    }
+
+    /// Temperature [user] of a thermal energy.
+    pub fn temperature(&self, heat: f64) -> f64 {
+        heat / self.pair.capacity * self.kelvin
+    }
+
+    /// Thermal energy of a temperature [user].
+    pub fn heat(&self, temperature: f64) -> f64 {
+        temperature / self.kelvin * self.pair.capacity
+    }
+
+    /// Internal energy and entropy (in units of kB) of a particle of number density d.
+    pub fn energy_and_entropy(&self, d: f64, heat: f64) -> [f64; 2] {
+        let rho = d * self.to_density;
+        let entropy = self.eos.entropy(rho, self.temperature(heat));
+        [
+            self.cold(d) + heat,
+            entropy * self.pair.capacity / self.eos.heat_capacity(),
+        ]
+    }
+
+    /// Internal energy of a particle.
+    pub fn internal_energy(&self, d: f64, heat: f64) -> f64 {
+        self.cold(d) + heat
+    }
+
+    fn cold(&self, d: f64) -> f64 {
+        self.eos.cold(d * self.to_density).energy * self.from_specific
+    }
+
+    /// Writes s = d^(-1/2) and P/d^2 into the particles' records.
+    pub fn pressures(&self, particles: &mut Particles) {
+        let heat = &particles.scalars[self.fields.heat].values;
+        particles
+            .position
+            .par_iter_mut()
+            .zip(particles.velocity.par_iter_mut())
+            .zip(particles.density.par_iter())
+            .zip(heat.par_iter())
+            .with_min_len(GRAIN)
+            .for_each(|(((position, velocity), &d), &heat)| {
+                position[3] = 1.0 / d.sqrt();
+                let pressure = self
+                    .eos
+                    .pressure(d * self.to_density, self.temperature(heat));
+                velocity[3] = pressure * self.from_pressure / (d * d);
+            });
+    }
+
+    /// Notes entropies and internal energies of the present densities.
+    pub fn open(&self, particles: &mut Particles) {
+        let Fields {
+            heat,
+            entropy,
+            energy,
+            ..
+        } = self.fields;
+        let [heat, entropy, energy] = pick(&mut particles.scalars, [heat, entropy, energy]);
+        entropy
+            .par_iter_mut()
+            .zip(energy.par_iter_mut())
+            .zip(heat.par_iter())
+            .zip(particles.density.par_iter())
+            .with_min_len(GRAIN)
+            .for_each(|(((entropy, energy), &heat), &d)| {
+                let rho = d * self.to_density;
+                *entropy = self.eos.entropy(rho, self.temperature(heat));
+                *energy = self.cold(d) + heat;
+            });
+    }
+
+    /// New temperatures at the noted entropies and the present densities.
+    pub fn follow_adiabat(&self, particles: &mut Particles) {
+        let Fields { heat, entropy, .. } = self.fields;
+        let [heat, entropy] = pick(&mut particles.scalars, [heat, entropy]);
+        heat.par_iter_mut()
+            .zip(entropy.par_iter())
+            .zip(particles.density.par_iter())
+            .with_min_len(GRAIN)
+            .for_each(|((heat, &entropy), &d)| {
+                *heat = self.heat(self.eos.temperature(d * self.to_density, entropy));
+            });
+    }
+
+    /// Takes the work of a kick of length t, whose sums the work sweep has made, off the energies.
+    pub fn book_work(&self, particles: &mut Particles, t: f64) {
+        let Fields { energy, work, .. } = self.fields;
+        let [energy, work] = pick(&mut particles.scalars, [energy, work]);
+        energy
+            .par_iter_mut()
+            .zip(work.par_iter())
+            .zip(particles.velocity.par_iter())
+            .with_min_len(GRAIN)
+            .for_each(|((energy, &work), velocity)| *energy -= t * velocity[3] * work);
+    }
+
+    /// Replaces the adiabat's energies by those of the books.
+    pub fn close(&mut self, particles: &mut Particles) {
+        let mut discarded = std::mem::take(&mut self.discarded);
+        let Fields { heat, energy, .. } = self.fields;
+        let [heat, energy] = pick(&mut particles.scalars, [heat, energy]);
+        heat.par_iter_mut()
+            .zip(energy.par_iter())
+            .zip(particles.density.par_iter())
+            .zip(discarded.par_iter_mut())
+            .with_min_len(GRAIN)
+            .for_each(|(((heat, &energy), &d), discarded)| {
+                let booked = energy - self.cold(d);
+                // Work beyond what a particle has cannot be its own: the adiabat stands.
+                if booked > 0.0 {
+                    *discarded += *heat - booked;
+                    *heat = booked;
+                }
+            });
+        self.discarded = discarded;
+    }
+
+    /// Sum over particles of what the adiabat alone would have added to the energy.
+    pub fn discarded_energy(&self) -> f64 {
+        sum(&self.discarded)
+    }
+
+    /// Work done by the body force.
+    pub fn body_work(&self) -> f64 {
+        sum(&self.input)
+    }
+
+    /// Adds heat and work by wall, of a sweep over links and own images.
+    pub fn collect(&mut self, tallies: impl Iterator<Item = (usize, [f64; 2])>) {
+        for (wall, [heat, work]) in tallies {
+            self.exchanged[wall][0] += heat;
+            self.exchanged[wall][1] += work;
+        }
+    }
+
+    /// Refuses a temperature that is not finite and positive: its slot.
+    pub fn check(&self, particles: &Particles) -> Option<usize> {
+        let heat = &particles.scalars[self.fields.heat].values;
+        heat.iter().position(|&e| !(e.is_finite() && e > 0.0))
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        8 * (self.discarded.capacity() + self.input.capacity() + self.refused.capacity())
+            + size_of::<Wrench>() * self.exchanged.capacity()
+    }
+}
+
+/// Some of the fields at once.
+fn pick<const N: usize>(
+    scalars: &mut [crate::state::Scalar],
+    numbers: [usize; N],
+) -> [&mut Vec<f64>; N] {
+    match scalars.get_disjoint_mut(numbers) {
+        Ok(fields) => fields.map(|field| &mut field.values),
+        // Fields are numbered once, when the particles get them.
+        Err(error) => unreachable!("fields of energies: {error}"),
+    }
+}
