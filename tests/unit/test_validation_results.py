@@ -30,29 +30,33 @@ def test_the_record_is_of_the_present_sources(case: str) -> None:
 
 
 def test_walled_cases_alone_depend_on_the_files_of_walls() -> None:
-    assert set(CASES) >= record.WALLED
+    assert set(CASES) >= record.WALLED | record.THERMAL
+    hashes = {record.physics_hash(case) for case in ("thermal_couette", "poiseuille", "bian2015")}
+    assert len(hashes) == 3
+    assert record.physics_hash("thermal_equilibrium") not in hashes
+    assert all((record.ROOT / "src" / name).exists() for name in record.ENERGY if "." in name)
     assert record.physics_hash("poiseuille") != record.physics_hash("bian2015")
     assert record.physics_hash("bian2015") == record.physics_hash("viscosity")
     sources = [path for name in record.WALLS for path in record.ROOT.glob(f"src/{name}*")]
     assert len(sources) >= 4, "src/wall and src/sweep/wall*.rs have moved: see record.WALLS"
 
 
-@pytest.mark.parametrize("walled", [False, True])
+@pytest.mark.parametrize("group", ["open", "walled", "thermal"])
 def test_signatures_tell_other_physics_from_the_same(
-    walled: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    group: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(signature, "SIGNATURES", tmp_path / "signatures.json")
-    assert signature.difference("a", walled) == "no signature of those sources is kept"
-    signature.store("a", walled, set())
-    assert signature.difference("a", walled) is None
+    assert signature.difference("a", [group]) == "no signature of those sources is kept"
+    signature.store("a", [group], set())
+    assert signature.difference("a", [group]) is None
     # of the sources that no record is of any more nothing is kept
-    signature.store("b", walled, {"b"})
+    signature.store("b", [group], {"b"})
     kept = signature.load()
     assert set(kept) == {"b"}
-    name = "polyline" if walled else "3D Wendland C2 splitting, bulk viscosity"
+    name = list(signature.GROUPS[group])[-1]
     kept["b"][name]["forces"][1] += 1e-6 * kept["b"][name]["forces"][0]
     signature.SIGNATURES.write_text(json.dumps(kept))
-    reason = signature.difference("b", walled)
+    reason = signature.difference("b", [group])
     assert reason is not None and reason.startswith(f"{name}: forces differ by 1.0e-06")
 
 

@@ -29,12 +29,22 @@ WALLED = {
     "couette",
     "cylinder",
     "poiseuille",
+    "thermal_couette",
     "wall_equilibrium",
     "wall_flows",
     "wall_models",
 }
 WALLS = ("sweep/wall", "wall/")
-MODELS = "wall_models"  # the case that compares models of walls, whose signature is one more
+# Likewise for fluids with an energy.
+THERMAL = {"thermal_couette", "thermal_equilibrium"}
+ENERGY = (
+    "eos/caloric/",
+    "integrator/thermal",
+    "physics/thermal",
+    "sweep/thermal",
+    "sweep/work.rs",
+    "thermal.rs",
+)
 PHYSICS = (
     "domain",
     "effect.rs",
@@ -48,6 +58,7 @@ PHYSICS = (
     "simulation.rs",
     "state.rs",
     "sweep",
+    "thermal.rs",
     "units.rs",
     "wall",
 )
@@ -61,8 +72,10 @@ def physics_hash(case: str) -> str:
         path = source / name
         files = sorted(path.rglob("*.rs")) if path.is_dir() else [path]
         for file in files:
-            of_walls = file.relative_to(source).as_posix().startswith(WALLS)
-            if of_walls and case not in WALLED:
+            place = file.relative_to(source).as_posix()
+            if place.startswith(WALLS) and case not in WALLED:
+                continue
+            if place.startswith(ENERGY) and case not in THERMAL:
                 continue
             digest.update(file.relative_to(ROOT).as_posix().encode())
             digest.update(file.read_bytes())
@@ -74,15 +87,17 @@ def stale(case: str) -> str | None:
     recorded = load()[case]["physics"]
     if recorded == physics_hash(case):
         return None
-    reason = signature.difference(recorded, case in WALLED)
-    if reason is None and case == MODELS:
-        reason = signature.difference(_of_models(recorded), True, models=True)
-    return reason
+    return signature.difference(recorded, groups(case))
 
 
-def _of_models(physics: str) -> str:
-    """Where the signature of the models of walls is kept."""
-    return f"{physics}, models of walls"
+def groups(case: str) -> tuple[str, ...]:
+    """Groups of scenes that tell whether the physics of a case is the same."""
+    more = {
+        "walled": case in WALLED,
+        "thermal": case in THERMAL,
+        "wall models": case == "wall_models",
+    }
+    return ("open", *(name for name, wanted in more.items() if wanted))
 
 
 def load() -> dict[str, Any]:
@@ -113,12 +128,7 @@ def store(case: str, numbers: dict[str, Any]) -> None:
     record = load()
     physics = physics_hash(case)
     kept = {entry["physics"] for name, entry in record.items() if name != case}
-    if case == MODELS:
-        signature.store(_of_models(physics), True, {*kept, physics}, models=True)
-        kept.add(_of_models(physics))
-    elif MODELS in record:
-        kept.add(_of_models(record[MODELS]["physics"]))
-    signature.store(physics, case in WALLED, kept)
+    signature.store(physics, groups(case), kept)
     record[case] = {
         "physics": physics,
         "commit": _commit(),

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -148,7 +148,6 @@ def _model(model: Any) -> sdpd.Simulation:
     return sim
 
 
-# Of the case that compares models of walls, and of no other.
 MODELS: dict[str, Callable[[], sdpd.Simulation]] = {
     "own-foot images": lambda: _model(sdpd.OwnFootImages(noise=True)),
     "completion": lambda: _model(sdpd.Completion()),
@@ -157,10 +156,44 @@ MODELS: dict[str, Callable[[], sdpd.Simulation]] = {
 }
 
 
+def _gas(exponent: float = 0.0, **more: Any) -> sdpd.Scene:
+    fluid = {
+        "heat_capacity": 25.0,
+        "thermal_conductivity": 500.0,
+        "viscosity_exponent": exponent,
+        "conductivity_exponent": exponent,
+        "equation_of_state": sdpd.eos.IdealGas(),
+    }
+    return _scene(3, 8.0, **{"fluid": fluid, "effects": sdpd.Effects(energy=True), **more})
+
+
+def _heated() -> sdpd.Simulation:
+    box = sdpd.Box((7.0, 7.0, 7.0), periodic="xy")
+    hot = sdpd.Isothermal(1.2)
+    walls = (
+        sdpd.Plane(axis="z", at=0.0, heat=sdpd.HeatFlux(2.0)),
+        sdpd.Plane(axis="z", at=7.0, velocity=(1.0, 0.5, 0.0), heat=hot),
+    )
+    return _run(_gas(0.7, box=box, walls=walls))
+
+
+THERMAL: dict[str, Callable[[], sdpd.Simulation]] = {
+    "gas with an energy": lambda: _run(_gas()),
+    "gas with an energy, eta(T) and kappa(T)": lambda: _run(_gas(0.7)),
+    "gas with an energy, on adiabats": lambda: _run(
+        _gas(), sdpd.PairSplitting(energy_bookkeeping=False)
+    ),
+    "gas with an energy between plates": _heated,
+}
+GROUPS = {"open": OPEN, "walled": WALLED, "thermal": THERMAL, "wall models": MODELS}
+
+
 def numbers(sim: sdpd.Simulation) -> dict[str, list[float]]:
     """For each array its root mean square, and weighted sums over rows."""
     found: dict[str, list[float]] = {}
-    for name in ("positions", "velocities", "forces", "number_densities", "pressures"):
+    names = ["positions", "velocities", "forces", "number_densities", "pressures"]
+    names += ["temperatures"] if sim.scene.active_effects.energy else []
+    for name in names:
         array = np.asarray(getattr(sim, name)).ravel()
         size = float(np.sqrt(np.mean(array**2)))
         place = np.arange(array.size, dtype=float)
@@ -171,13 +204,16 @@ def numbers(sim: sdpd.Simulation) -> dict[str, list[float]]:
 
 
 @cache
-def present(walled: bool, models: bool = False) -> dict[str, dict[str, list[float]]]:
-    """End states with the present sources, by scene; of `models` of walls, those alone."""
-    scenes = MODELS if models else {**OPEN, **WALLED} if walled else OPEN
+def _present(group: str) -> dict[str, dict[str, list[float]]]:
     with warnings.catch_warnings():
         # steps that are too long for accuracy pass more of the loops in less time
         warnings.simplefilter("ignore", sdpd.SdpdWarning)
-        return {name: numbers(build()) for name, build in scenes.items()}
+        return {name: numbers(build()) for name, build in GROUPS[group].items()}
+
+
+def present(groups: Sequence[str]) -> dict[str, dict[str, list[float]]]:
+    """End states with the present sources, by scene."""
+    return {name: state for group in groups for name, state in _present(group).items()}
 
 
 def load() -> dict[str, Any]:
@@ -188,20 +224,22 @@ def load() -> dict[str, Any]:
     return signatures
 
 
-def store(physics: str, walled: bool, keep: set[str], models: bool = False) -> None:
+def store(physics: str, groups: Sequence[str], keep: set[str]) -> None:
     """Keeps the present signature under a hash, and of the others those in `keep`."""
     signatures = {key: value for key, value in load().items() if key in keep}
-    if physics not in signatures:
-        signatures[physics] = present(walled, models)
+    # Cases of several groups share a hash: each adds what the others did not need.
+    kept = signatures.get(physics, {})
+    if not kept.keys() >= {name for group in groups for name in GROUPS[group]}:
+        signatures[physics] = {**kept, **present(groups)}
         SIGNATURES.write_text(json.dumps(signatures, indent=1, sort_keys=True) + "\n")
 
 
-def difference(physics: str, walled: bool, models: bool = False) -> str | None:
+def difference(physics: str, groups: Sequence[str]) -> str | None:
     """The first scene whose end state is another one than with the sources of that hash."""
     recorded = load().get(physics)
     if recorded is None:
         return "no signature of those sources is kept"
-    for name, numbers in present(walled, models).items():
+    for name, numbers in present(groups).items():
         if name not in recorded:
             return f"{name}: not in the signature"
         for array, values in numbers.items():

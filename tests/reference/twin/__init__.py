@@ -1,7 +1,8 @@
-"""An O(N^2) NumPy twin of isothermal SDPD, written from the equations, never from the Rust.
+"""An O(N^2) NumPy twin of SDPD, written from the equations, never from the Rust.
 
 Signs: r_ij = r_i - r_j, v_ij = v_i - v_j, F = -W'/r >= 0, h = full support of the kernel.
 It is slow and plain on purpose: every pair is visited, nothing is sorted, nothing is cached.
+What is exported here is isothermal; `walls` and `thermal` build upon it.
 """
 
 from .integrators import Trajectory, pair_splitting_step, velocity_verlet_step

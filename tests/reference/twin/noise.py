@@ -16,6 +16,7 @@ STREAMS = {
     "pair_exchange": 2,
     "initial_velocity": 3,
     "initial_position": 4,
+    "pair_thermal": 5,
 }
 
 _LOW32 = np.uint64(0xFFFFFFFF)
@@ -93,7 +94,7 @@ def pair_variates(
     variate: str,
     dimension: int,
 ) -> Array:
-    """Variates (n, dimension) of the pairs, the same for (a, b) and (b, a)."""
+    """Variates (n, dimension) of the pairs, up to four, the same for (a, b) and (b, a)."""
     counter = pair_counters(stream, step, draw, id_a, id_b)
     key = np.empty((len(counter), 2), dtype=np.uint64)
     key[:] = seed & 0xFFFFFFFF, (seed >> 32) & 0xFFFFFFFF
