@@ -18,7 +18,7 @@ use crate::sweep::Tally;
 use crate::thermal::{Thermal, ThermalSettings};
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
-use crate::wall::{Field, WallSettings, Walls};
+use crate::wall::{Field, ModelSettings, WallModel, WallSettings, Walls};
 
 /// A displacement per step, in supports, beyond which a run has gone wrong.
 const RUNAWAY: f64 = 1.0;
@@ -64,6 +64,10 @@ pub struct Settings {
     pub walls: Vec<WallSettings>,
     /// Fields of the walls of any shape.
     pub fields: Vec<Arc<Field>>,
+    /// Model of the walls.
+    pub wall_model: ModelSettings,
+    /// Places of frozen particles `[length]`, for the model that has them.
+    pub frozen: Vec<[f64; 3]>,
     /// Energies; `None`: the fluid is isothermal.
     pub thermal: Option<ThermalSettings>,
 }
@@ -266,7 +270,7 @@ impl Engine {
             .map_err(|e| Error::Invalid(format!("`threads` = {threads}: {e}")))?;
         let drag = integrator.needs_drag();
         let kernel = &settings.combination.kernel;
-        let walls = Walls::new(
+        let mut walls = Walls::new(
             &settings.walls,
             &settings.fields,
             kernel,
@@ -274,6 +278,18 @@ impl Engine {
             &cell,
             &units,
         )?;
+        let frozen: Vec<[f64; 3]> = (settings.frozen.iter())
+            .map(|place| place.map(|x| x / support))
+            .collect();
+        let friction_on = settings.combination.friction != "none";
+        let splitting = friction_on.then(|| integrator.shuffles());
+        let model = &settings.wall_model;
+        walls.set_model(model, &frozen, kernel, splitting, dimension, &cell, &units)?;
+        if settings.thermal.is_some() && walls.model != WallModel::SymmetricImages {
+            return Err(Error::Invalid(
+                "`wall_model` must be \"symmetric_images\" where the fluid has an energy".into(),
+            ));
+        }
         let grid = Grid::new(&cell, dimension, n, 1.0 + margin);
         let mut particles = Particles::new(n, drag);
         let coefficients = [friction.across, friction.along];

@@ -38,6 +38,21 @@ enum Around {
     Nothing,
     Planes,
     Field,
+    OwnFoot,
+    Completion,
+    Frozen,
+}
+
+impl Around {
+    fn model(self) -> (String, Vec<f64>) {
+        let (name, numbers) = match self {
+            Self::OwnFoot => ("own_foot_images", vec![1.0, 0.0]),
+            Self::Completion => ("completion", vec![1.0, 0.1]),
+            Self::Frozen => ("frozen_particles", vec![0.1]),
+            _ => ("symmetric_images", Vec::new()),
+        };
+        (name.into(), numbers)
+    }
 }
 
 fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
@@ -46,8 +61,8 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
     let thermal = integrator.ends_with("/thermal");
     let heat = match around {
         Around::Nothing => 0,
-        Around::Planes => 4,
         Around::Field => 1,
+        _ => 4,
     };
     let settings = Settings {
         combination: Combination {
@@ -75,12 +90,18 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
         periodic: vec![true, open, open],
         walls: match around {
             Around::Nothing => Vec::new(),
-            Around::Planes => duct(edge),
+            Around::Planes | Around::OwnFoot | Around::Completion | Around::Frozen => duct(edge),
             Around::Field => vec![("field".into(), vec![0.0; 11])],
         },
         fields: match around {
             Around::Field => vec![Arc::new(duct_field(edge / support))],
             _ => Vec::new(),
+        },
+        wall_model: around.model(),
+        frozen: if around == Around::Frozen {
+            behind_the_duct(edge)
+        } else {
+            Vec::new()
         },
         thermal: thermal.then(|| ThermalSettings {
             eos: ("ideal_gas".into(), vec![100.0, 25.0, 0.0], String::new()),
@@ -129,6 +150,15 @@ fn duct(edge: f64) -> Vec<WallSettings> {
         .collect()
 }
 
+/// A lattice behind the planes of the duct.
+fn behind_the_duct(edge: f64) -> Vec<[f64; 3]> {
+    let axis = || (-5..17).map(|k| f64::from(k) + 0.5);
+    (0..12)
+        .flat_map(|x| axis().flat_map(move |y| axis().map(move |z| [f64::from(x) + 0.5, y, z])))
+        .filter(|p| p[1].min(p[2]).min(edge - p[1]).min(edge - p[2]) < 0.0)
+        .collect()
+}
+
 /// The same as a wall of any shape; lengths in supports.
 fn duct_field(edge: f64) -> Field {
     let cell = PeriodicBox::with_walls(&[edge; 3], 1.0, &[true, false, false]).unwrap();
@@ -166,7 +196,21 @@ fn a_step_allocates_nothing() {
         ("pair_splitting/thermal", true),
     ] {
         for threads in [1, 2] {
-            for around in [Around::Nothing, Around::Planes, Around::Field] {
+            for around in [
+                Around::Nothing,
+                Around::Planes,
+                Around::Field,
+                Around::OwnFoot,
+                Around::Completion,
+                Around::Frozen,
+            ] {
+                let other = around.model().0 != "symmetric_images";
+                // Refused: friction that is not symmetric there, heat for all of them.
+                let refused = around == Around::OwnFoot && integrator == "pair_splitting"
+                    || integrator.ends_with("/thermal");
+                if other && (refused || observed || threads == 1) {
+                    continue;
+                }
                 let mut engine = engine(integrator, threads, around);
                 if observed {
                     attach_correlators(&mut engine);

@@ -29,6 +29,7 @@ from sdpd.regime import Regime
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
 from sdpd.wall_heat import Adiabatic, HeatFlux, Isothermal
+from sdpd.wall_models import Completion, FrozenParticles, OwnFootImages, SymmetricImages
 from sdpd.walls import Cylinder, LevelSet, Mesh, Plane, Polyline, Sphere
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ __all__ = [
     "BinAverage",
     "Box",
     "CheckpointError",
+    "Completion",
     "Correlator",
     "Cost",
     "CurrentCorrelator",
@@ -64,12 +66,14 @@ __all__ = [
     "Effects",
     "FieldAverage",
     "Fluid",
+    "FrozenParticles",
     "HeatFlux",
     "Isothermal",
     "LatticeStart",
     "LevelSet",
     "Mesh",
     "Observer",
+    "OwnFootImages",
     "PairSplitting",
     "PairingWarning",
     "Plane",
@@ -87,6 +91,7 @@ __all__ = [
     "Sphere",
     "Stress",
     "StressCorrelator",
+    "SymmetricImages",
     "Thermodynamics",
     "TimeStepWarning",
     "Trajectory",

@@ -33,6 +33,7 @@ __all__ = [
     "registry_table",
     "relax_positions",
     "uniform_positions",
+    "wall_completion",
 ]
 __version__: str
 
@@ -93,6 +94,7 @@ def kernel_sums(
     threads: int = 1,
 ) -> _Float: ...
 def curvature_weight(kernel: str, dimension: int, q: _Float) -> tuple[_Float, _Float]: ...
+def wall_completion(dimension: int, s: _Float) -> _Float: ...
 def check_walls(
     edges: list[float],
     support: float,
@@ -190,6 +192,8 @@ class Core:
         periodic: list[bool] = ...,
         walls: list[tuple[str, list[float]]] = ...,
         fields: list[WallField] = ...,
+        wall_model: tuple[str, list[float]] | None = None,
+        frozen: _Float | None = None,
         exchanges: str = ...,
         thermal: dict[str, Any] | None = ...,
         temperatures: _Float | None = ...,

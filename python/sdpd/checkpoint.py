@@ -81,10 +81,11 @@ def _plain(value: Any) -> Any:
 
 
 def _written(settings: dict[str, Any]) -> dict[str, Any]:
-    """Settings of the core as a file has them: without fields of walls, which follow from the
-    scene.
+    """Settings of the core as a file has them: without fields of walls and frozen particles, which
+    follow from the scene.
     """
-    return _plain({key: value for key, value in settings.items() if key != "fields"})  # type: ignore[no-any-return]
+    follow = ("fields", "frozen")
+    return _plain({key: value for key, value in settings.items() if key not in follow})  # type: ignore[no-any-return]
 
 
 def _digest(header: dict[str, Any], arrays: Blobs) -> str:
@@ -410,7 +411,8 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SdpdWarning)  # was given when the scene was made
-            settings = {**content.settings, **content.scene.field_arguments()}
+            scene = content.scene
+            settings = {**content.settings, **scene.field_arguments(), **scene.model_arguments()}
         sim = simulation._restored(
             scene=content.scene,
             integrator=content.integrator,

@@ -21,6 +21,7 @@ from sdpd.initial import LatticeStart, RandomStart, Start
 from sdpd.quantities import SceneQuantities
 from sdpd.resolution import Resolution
 from sdpd.wall_heat import HeatFlux
+from sdpd.wall_models import MODELS, SymmetricImages, WallModel
 from sdpd.walls import ShapedWall, Wall
 
 if TYPE_CHECKING:
@@ -70,6 +71,8 @@ class Scene(SceneQuantities):
         They must close every axis along which the box is not periodic, and be one support apart
         or meet at right angles. Edges at any angle and narrow gaps belong into one Polyline, Mesh
         or LevelSet.
+    wall_model : SymmetricImages, OwnFootImages, Completion or FrozenParticles
+        How all of them act on the particles; the others are for comparison.
 
     Raises
     ------
@@ -108,6 +111,7 @@ class Scene(SceneQuantities):
     length_scale: float | None = None
     calibrate: bool = False
     walls: tuple[Wall, ...] = ()
+    wall_model: WallModel = field(default_factory=SymmetricImages)
 
     def __post_init__(self) -> None:
         validation.instance("fluid", self.fluid, Fluid, "an sdpd.Fluid, e.g. sdpd.fluids.water()")
@@ -132,6 +136,7 @@ class Scene(SceneQuantities):
         self._check_supports()
         self._check_wave()
         self._check_wall_images()
+        self._check_wall_model()
         self._check_magnitudes()
         self._check_factors()
         self._warn_of_pairing()
@@ -215,6 +220,18 @@ class Scene(SceneQuantities):
                 ResolutionWarning,
                 stacklevel=4,
             )
+
+    def _check_wall_model(self) -> None:
+        names = ", ".join(kind.__name__ for kind in MODELS.values())
+        validation.instance("wall_model", self.wall_model, WallModel, f"one of sdpd.{names}")
+        if not self.walls:
+            return
+        if self.active_effects.energy and self.wall_model != SymmetricImages():
+            raise ValueError(
+                "`wall_model` must be SymmetricImages where the fluid has an energy: the other "
+                f"models know no heat, got {self.wall_model!r}"
+            )
+        self.wall_model.check(self)
 
     def _check_own_images(self) -> None:
         """Fluid inside a round wall must not reach its periodic image through the wall."""
@@ -365,6 +382,7 @@ class Scene(SceneQuantities):
             "body_force": None if force is None else force.core(self.dimension),
             "flow_speed": self.flow_speed or 0.0,
             **self.wall_arguments(),
+            **self.model_arguments(),
             **self._thermal_arguments(),
         }
 
@@ -401,6 +419,10 @@ class Scene(SceneQuantities):
                 numbers[_FIELD], fields = float(fields), fields + 1
             walls.append((kind, numbers))
         return {"periodic": self._periodicity(), "walls": walls, **self.field_arguments()}
+
+    def model_arguments(self) -> dict[str, Any]:
+        """The model of the walls as keyword arguments of the core; none for symmetric images."""
+        return self.wall_model.arguments(self) if self.walls else {}
 
     def _periodicity(self) -> list[bool]:
         return [axis in self.box.periodic_axes for axis in AXES[: self.dimension]]

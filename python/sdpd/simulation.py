@@ -114,6 +114,8 @@ class Simulation(Particles):
         chosen = integrators.resolve(
             integrator, fluctuations=active.fluctuations, energy=active.energy
         )
+        if scene.walls:
+            scene.wall_model.check_integrator(scene, chosen)
         seed = validation.integer("seed", seed, minimum=0)
         if seed >= 2**64:
             raise ValueError(f"`seed` must be < 2^64, got {seed}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sdpd.units import quantity, table
+from sdpd.wall_models import SymmetricImages
 
 if TYPE_CHECKING:
     from sdpd.scene import Scene
@@ -23,11 +24,18 @@ def _particle_rows(scene: Scene) -> list[tuple[str, str]]:
         ("fluid", scene.fluid.describe(scene.dimension)),
         ("box", f"{lengths}{' m' if si else ''}, {_periodicity(scene)}"),
         *[("wall", str(wall)) for wall in scene.walls],
+        *_model_rows(scene),
         ("particles", f"{scene.n_particles}, spacing {spacing}, mass {mass}"),
         ("kernel", f"{kernel}, {scene.pairs_per_particle:.0f} pairs a particle"),
         ("start", repr(scene.start)),
         ("effects", str(scene.active_effects)),
     ]
+
+
+def _model_rows(scene: Scene) -> list[tuple[str, str]]:
+    if not scene.walls or scene.wall_model == SymmetricImages():
+        return []
+    return [("wall model", repr(scene.wall_model))]
 
 
 def _periodicity(scene: Scene) -> str:

@@ -8,7 +8,15 @@ from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from sdpd import equations_of_state, fluids, initial, validation, wall_heat, walls
+from sdpd import (
+    equations_of_state,
+    fluids,
+    initial,
+    validation,
+    wall_heat,
+    wall_models,
+    walls,
+)
 from sdpd.box import Box
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
 from sdpd.fluids import Fluid
@@ -121,6 +129,9 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
             {"kind": _name_of(wall, walls.KINDS, f"walls[{index}]"), **_wall(wall)}
             for index, wall in enumerate(scene.walls)
         ]
+    if scene.wall_model != wall_models.SymmetricImages():
+        kind = _name_of(scene.wall_model, wall_models.MODELS, "wall_model")
+        data["wall_model"] = {"kind": kind, **_plain(scene.wall_model)}
     if scene.body_force is not None:
         force = scene.body_force
         kind = _name_of(force, _FORCES, "body_force")
@@ -239,6 +250,8 @@ def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
             _kind(_found(wall, folder, f"walls[{index}]"), f"walls[{index}]", walls.KINDS)
             for index, wall in enumerate(data["walls"])
         )
+    if "wall_model" in data:
+        arguments["wall_model"] = _kind(data["wall_model"], "wall_model", wall_models.MODELS)
     if "body_force" in data:
         arguments["body_force"] = _kind(data["body_force"], "body_force", _FORCES)
     return kind(**arguments)

@@ -16,7 +16,7 @@ use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
 use crate::sweep::{
     Motion, drag_forces, number_densities, pair_forces, site_pressures, wall_densities, wall_drag,
-    wall_forces, wall_friction_weight,
+    wall_forces, wall_friction_weight, wall_pressures, wall_shares,
 };
 
 /// The three parts of the force on every slot, for tests and analysis.
@@ -63,9 +63,9 @@ pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
     number_densities::<K, D>(particles, grid, list, cell);
     wall_densities::<K, D>(particles, walls, grid, cell);
     let (to_mass_density, from_pressure) = (units.mass_density(), 1.0 / units.pressure());
-    site_pressures(particles, |d| {
-        eos.pressure(d * to_mass_density) * from_pressure
-    });
+    let pressure = |d| eos.pressure(d * to_mass_density) * from_pressure;
+    site_pressures(particles, pressure);
+    wall_pressures(walls, pressure);
 }
 
 pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
@@ -90,6 +90,7 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     );
     let saved_walls = (walls.force.clone(), walls.drag.clone());
     let mut parts = ForceParts::default();
+    wall_shares(particles, walls);
     pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key, None);
     wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
     parts.conservative.clone_from(&particles.force);

@@ -11,7 +11,7 @@ use crate::kernel::Kernel;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{Direction, exchange, pair_forces, wall_exchange, wall_forces};
+use crate::sweep::{Direction, exchange, pair_forces, wall_exchange, wall_forces, wall_shares};
 
 /// The splitting; see the module.
 pub struct PairSplitting<K, F, V, const D: usize> {
@@ -37,6 +37,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             walls,
             ..
         } = engine;
+        wall_shares(particles, walls);
         pair_forces::<K, Frictionless, Silent, D>(
             particles,
             grid,

@@ -13,7 +13,7 @@ use crate::kernel::Kernel;
 use crate::physics::FrictionForm;
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{Motion, drag_forces, pair_forces, wall_drag, wall_forces};
+use crate::sweep::{Motion, drag_forces, pair_forces, wall_drag, wall_forces, wall_shares};
 
 /// Velocity Verlet; see the module.
 pub struct VelocityVerlet<K, F, V, const D: usize> {
@@ -44,6 +44,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
             walls,
             ..
         } = engine;
+        wall_shares(particles, walls);
         pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, tally.as_mut());
         wall_forces::<K, F, V, D>(particles, walls, grid, kick, key);
     }

@@ -202,6 +202,104 @@ impl Kick {
     }
 }
 
+/// Friction of a particle with a wall as a whole: g (a I + b [across (I - n n^T) + along n n^T]).
+#[derive(Debug, Clone, Copy)]
+pub struct WallGrip {
+    /// g.
+    pub weight: f64,
+    /// Unit normal n.
+    pub normal: [f64; 3],
+    /// Share of b in all directions along the wall.
+    pub across: f64,
+    /// Share of b along the normal.
+    pub along: f64,
+}
+
+impl WallGrip {
+    /// first x + (second - first) n (n.x)
+    #[inline]
+    fn apply(&self, first: f64, second: f64, x: [f64; 3]) -> [f64; 3] {
+        let along = (second - first) * dot(self.normal, x);
+        std::array::from_fn(|a| first * x[a] + along * self.normal[a])
+    }
+}
+
+impl Kick {
+    /// Drag and noise on a particle from a wall as a whole; u = v - v_w.
+    pub fn wall_force(
+        &self,
+        grip: &WallGrip,
+        u: [f64; 3],
+        xi: Option<[f64; 3]>,
+        central: bool,
+    ) -> [f64; 3] {
+        let across = if central { 0.0 } else { self.drag_across };
+        let rates =
+            [grip.across, grip.along].map(|share| (across + self.drag_along * share).max(0.0));
+        let mut force = grip.apply(rates[0], rates[1], u).map(|x| -grip.weight * x);
+        if let Some(xi) = xi {
+            let noise = grip.apply(rates[0].sqrt(), rates[1].sqrt(), xi);
+            let strength = self.strength * grip.weight.sqrt();
+            for a in 0..3 {
+                force[a] += strength * noise[a];
+            }
+        }
+        force
+    }
+}
+
+impl Exchange {
+    /// Exact change of u = v - v_w by the friction with a wall as a whole.
+    pub fn wall_change(
+        &self,
+        grip: &WallGrip,
+        u: [f64; 3],
+        xi: Option<[f64; 3]>,
+        central: bool,
+    ) -> [f64; 3] {
+        // Rates are those of a pair, of which each end has half.
+        let across = if central { 0.0 } else { self.rate_across };
+        let decay = [grip.across, grip.along].map(|share| {
+            let rate = 0.5 * grip.weight * (across + self.rate_excess * share);
+            expm1_negative(rate.max(0.0))
+        });
+        let mut change = grip.apply(decay[0], decay[1], u);
+        if let Some(xi) = xi {
+            let [first, second] = decay.map(|m| (-m * (2.0 + m) * 0.5 * self.variance).sqrt());
+            let noise = grip.apply(first, second, xi);
+            for a in 0..3 {
+                change[a] += noise[a];
+            }
+        }
+        change
+    }
+
+    /// Exact change of the velocity of a particle by its friction with something that does not feel
+    /// it: u and r as for a pair.
+    pub fn one_sided<F: FrictionForm>(
+        &self,
+        g: f64,
+        inverse_r2: f64,
+        r: [f64; 3],
+        u: [f64; 3],
+        xi: [f64; 3],
+        noise: bool,
+    ) -> [f64; 3] {
+        // Half the rate of a pair, whose u decays from both ends; and half its variance.
+        let terms = self.terms::<F>(0.5 * g, inverse_r2, r, xi, noise);
+        let along = terms.half_along * dot(r, u);
+        let root = std::f64::consts::SQRT_2;
+        std::array::from_fn(|a| {
+            let kick = if F::CENTRAL {
+                terms.noise[0] * r[a]
+            } else {
+                terms.noise[a]
+            };
+            2.0 * (terms.half_across * u[a] + along * r[a]) + root * kick
+        })
+    }
+}
+
 /// The exact change of the relative velocity u of one link: decay and noise.
 #[derive(Debug, Clone, Copy)]
 pub struct LinkTerms<'a> {
@@ -465,5 +563,66 @@ mod tests {
             .kick(dt)
             .link_force::<Central>(g, &zero, [1.0; 3], Some([1.0; 3]), true);
         assert_eq!(f, [0.0; 3]);
+    }
+
+    /// Friction with a wall as a whole, and with something that does not feel it: noise balances drag,
+    /// and the exact change keeps the Maxwell distribution and is the force where steps are short.
+    #[test]
+    fn friction_with_walls_is_in_balance() {
+        let friction = PairFriction {
+            across: 1.4,
+            along: 2.2,
+            thermal_energy: 0.6,
+        };
+        let grip = WallGrip {
+            weight: 0.7,
+            normal: [0.6, 0.0, 0.8],
+            across: 0.3,
+            along: 0.55,
+        };
+        let (r, inverse_r2) = separation(3);
+        let dt = 0.013;
+        let kick = friction.kick(dt);
+        let force = |whole: bool, u: [f64; 3], xi: [f64; 3]| {
+            if whole {
+                kick.wall_force(&grip, u, Some(xi), false)
+            } else {
+                kick.force::<General>(0.7, inverse_r2, r, u, xi, true)
+            }
+        };
+        let change = |whole: bool, t: f64, u: [f64; 3], xi: [f64; 3]| {
+            let exchange = friction.exchange(t);
+            if whole {
+                exchange.wall_change(&grip, u, Some(xi), false)
+            } else {
+                exchange.one_sided::<General>(0.7, inverse_r2, r, u, xi, true)
+            }
+        };
+        let matrix = |column: &dyn Fn(usize) -> [f64; 3]| {
+            Matrix3::from_columns(&[0, 1, 2].map(|k| Vector3::from(column(k))))
+        };
+        let none = [0.0; 3];
+        for whole in [false, true] {
+            let drag = matrix(&|k| force(whole, unit(k), none));
+            let noise = matrix(&|k| force(whole, none, unit(k)));
+            let excess: Matrix3<f64> = noise * noise.transpose() * dt + drag * 1.2;
+            assert!(excess.abs().max() < 1e-14);
+            for t in [1e-9, 1e-3, 0.5, 30.0] {
+                let decay = Matrix3::identity() + matrix(&|k| change(whole, t, unit(k), none));
+                let kicks = matrix(&|k| change(whole, t, none, unit(k)));
+                let excess: Matrix3<f64> = decay * decay.transpose() * 0.6
+                    + kicks * kicks.transpose()
+                    - Matrix3::identity() * 0.6;
+                assert!(excess.abs().max() < 1e-14);
+                if t < 1e-6 {
+                    let rate: Matrix3<f64> = (decay - Matrix3::identity()) / t;
+                    assert!((rate - drag).abs().max() < 1e-6);
+                }
+            }
+        }
+        // Central friction is the part along e alone.
+        let f = kick.wall_force(&grip, [1.0, 0.0, 0.0], None, true);
+        let f_n = 0.7 * 2.2 * 0.55 * 0.36 + 0.7 * 2.2 * 0.3 * 0.64;
+        assert!((f[0] + f_n).abs() < 1e-14);
     }
 }

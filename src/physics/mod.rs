@@ -4,7 +4,8 @@ mod friction;
 mod thermal;
 
 pub use friction::{
-    Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms, PairFriction,
+    Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms,
+    PairFriction, WallGrip,
 };
 pub use thermal::{
     Adiabatic, Bath, BathAndConduction, Conduction, ConductionVariable, Exchanges, FrictionDecay,

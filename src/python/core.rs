@@ -16,13 +16,13 @@ use super::observers::{
 };
 use super::state::{self, Parsed};
 use super::thermal::ThermalArguments;
-use super::walls::WallField;
+use super::walls::{WallField, rows};
 use crate::effect::AccelerationField;
 use crate::neighbor::ROUNDS;
 use crate::observe::{Coordinate, Profile};
 use crate::registry::Combination;
 use crate::simulation::{Engine, Settings};
-use crate::wall::{WallSettings, Wrench};
+use crate::wall::{ModelSettings, WallSettings, Wrench};
 
 /// A simulation. See `sdpd.Simulation`, which is what users make.
 #[pyclass(frozen, module = "sdpd._core")]
@@ -121,7 +121,8 @@ impl Core {
     #[pyo3(signature = (positions, velocities, *, r#box, support, mass, thermal_energy, kernel, friction,
         friction_across, friction_along, eos, noise, integrator, iterations, body_force, dt, seed, skin,
         threads, flow_speed=0.0, periodic=Vec::new(), walls=Vec::new(),
-        fields=Vec::new(), exchanges="none", thermal=None, temperatures=None))]
+        fields=Vec::new(), wall_model=None, frozen=None, exchanges="none", thermal=None,
+        temperatures=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -148,6 +149,8 @@ impl Core {
         periodic: Vec<bool>,
         walls: Vec<WallSettings>,
         fields: Vec<PyRef<'_, WallField>>,
+        wall_model: Option<ModelSettings>,
+        frozen: Option<PyReadonlyArray2<'_, f64>>,
         exchanges: &str,
         thermal: Option<ThermalArguments>,
         temperatures: Option<PyReadonlyArray1<'_, f64>>,
@@ -182,6 +185,8 @@ impl Core {
             periodic,
             walls,
             fields: fields.iter().map(|f| f.field.clone()).collect(),
+            wall_model: wall_model.unwrap_or_else(|| ("symmetric_images".into(), Vec::new())),
+            frozen: frozen.map_or_else(|| Ok(Vec::new()), |places| rows("frozen", &places, 1.0))?,
             thermal: thermal.map(ThermalArguments::settings),
         };
         let mut engine = Engine::new(n, &settings).map_err(|e| to_python(py, &e))?;
@@ -498,6 +503,7 @@ impl Core {
         result.set_item("blocks", engine.grid.blocks)?;
         result.set_item("wall_particles", engine.walls.near.len())?;
         result.set_item("wall_links", engine.walls.link_count())?;
+        result.set_item("wall_crossings", engine.walls.crossings)?;
         Ok(result)
     }
 

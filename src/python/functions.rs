@@ -13,7 +13,7 @@ use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::neighbor::{SkinModel, automatic_skin};
 use crate::random::{Gaussian, Stream, SweepKey, Uniform, Variate};
 use crate::units::Units;
-use crate::wall::{CurvatureWeight, WallSettings, Walls};
+use crate::wall::{CurvatureWeight, Missing, WallSettings, Walls};
 use crate::{eos, random, registry, relax};
 
 fn invalid(text: String) -> PyErr {
@@ -332,6 +332,24 @@ fn curvature_weight<'py>(
     Ok((p.into_pyarray(py), slope.into_pyarray(py)))
 }
 
+/// Delta, psi, psi1, psi2, C and C' of Lucy's kernel at distances s = phi/h, (n, 6).
+#[pyfunction]
+fn wall_completion<'py>(
+    py: Python<'py>,
+    dimension: usize,
+    s: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    check_dimension(dimension)?;
+    let mut table = Vec::new();
+    for &s in s.as_array() {
+        let m = Missing::at(s, dimension);
+        table.extend([m.volume, m.psi, m.across, m.along, m.curved, m.curved_slope]);
+    }
+    let table =
+        Array2::from_shape_vec((table.len() / 6, 6), table).map_err(|e| invalid(e.to_string()))?;
+    Ok(table.into_pyarray(py))
+}
+
 /// Raises `ValueError` if the walls do not go together, or not with the box.
 #[pyfunction]
 #[pyo3(signature = (edges, support, periodic, walls, fields=Vec::new()))]
@@ -377,6 +395,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(uniform_positions, module)?)?;
     module.add_function(wrap_pyfunction!(list_margin, module)?)?;
     module.add_function(wrap_pyfunction!(curvature_weight, module)?)?;
+    module.add_function(wrap_pyfunction!(wall_completion, module)?)?;
     module.add_function(wrap_pyfunction!(check_walls, module)?)?;
     module.add_function(wrap_pyfunction!(relax_positions, module)?)
 }

@@ -23,7 +23,11 @@ type Sampled<'py> = (
 type Tables<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// Rows of up to three numbers.
-fn rows(name: &str, array: &PyReadonlyArray2<'_, f64>, scale: f64) -> PyResult<Vec<[f64; 3]>> {
+pub(super) fn rows(
+    name: &str,
+    array: &PyReadonlyArray2<'_, f64>,
+    scale: f64,
+) -> PyResult<Vec<[f64; 3]>> {
     let columns = array.shape()[1];
     if !(2..=3).contains(&columns) {
         return Err(PyValueError::new_err(format!(

@@ -1,15 +1,29 @@
 //! What images add to the number density: psi_i psi_j W(r_iJ), own image included.
 
-use super::Shared;
 use super::wall::{Scenery, for_each_links, for_each_near};
+use super::{Shared, wall_model};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::state::Particles;
-use crate::wall::Walls;
+use crate::wall::{WallModel, Walls};
 
-/// Brings the walls' sites and views up to date and adds the images' part to the densities [h^-D].
+/// Brings the walls' sites and views up to date and adds the walls' part to the densities [h^-D].
 pub fn wall_densities<K: Kernel, const D: usize>(
+    particles: &mut Particles,
+    walls: &mut Walls,
+    grid: &Grid,
+    cell: &PeriodicBox,
+) {
+    if walls.model == WallModel::SymmetricImages {
+        symmetric_densities::<K, D>(particles, walls, grid, cell);
+    } else {
+        wall_model::densities::<K, D>(particles, walls, grid, cell);
+    }
+}
+
+/// The same for symmetric images.
+pub(super) fn symmetric_densities<K: Kernel, const D: usize>(
     particles: &mut Particles,
     walls: &mut Walls,
     grid: &Grid,

@@ -5,13 +5,14 @@
 use std::marker::PhantomData;
 
 use super::wall::{Scenery, collect, for_each_links, for_each_near};
+use super::wall_model::{self, Physics};
 use super::{Direction, Shared};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{Exchange, FrictionForm};
 use crate::random::{SweepKey, Variate};
 use crate::state::Particles;
-use crate::wall::{View, Walls, Wrench};
+use crate::wall::{View, WallModel, Walls, Wrench};
 
 struct WallExchange<'a, K, F, V, const D: usize> {
     scenery: Scenery<'a>,
@@ -96,6 +97,11 @@ pub fn wall_exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     direction: Direction,
 ) {
     if !walls.any() {
+        return;
+    }
+    if walls.model != WallModel::SymmetricImages {
+        let physics = Physics::of::<K, F, V, D>();
+        wall_model::exchange(particles, walls, physics, exchange, key, direction);
         return;
     }
     let mut links = std::mem::take(&mut walls.links);

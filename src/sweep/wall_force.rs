@@ -9,12 +9,13 @@ use std::marker::PhantomData;
 
 use super::Shared;
 use super::wall::{Scenery, collect, cross, for_each_links, for_each_near};
+use super::wall_model::{self, Arrays, Physics, Request};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
-use crate::physics::{FrictionForm, Kick};
-use crate::random::{SweepKey, Variate};
+use crate::physics::{FrictionForm, Frictionless, Kick};
+use crate::random::{Silent, SweepKey, Variate};
 use crate::state::Particles;
-use crate::wall::{View, Walls, Wrench};
+use crate::wall::{View, WallModel, Walls, Wrench};
 
 /// Whose velocities the drag is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -183,6 +184,11 @@ pub fn wall_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     if !walls.any() {
         return;
     }
+    if walls.model != WallModel::SymmetricImages {
+        let physics = Physics::of::<K, F, V, D>();
+        model_forces::<K, D>(particles, walls, grid, physics, kick, key);
+        return;
+    }
     let mut total = std::mem::take(&mut walls.force);
     let force = Shared::new(&mut particles.force);
     let arrays = (
@@ -203,6 +209,46 @@ pub fn wall_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     walls.force = total;
 }
 
+/// The same by another model; pressure forces may be those of symmetric images.
+fn model_forces<K: Kernel, const D: usize>(
+    particles: &mut Particles,
+    walls: &mut Walls,
+    grid: &Grid,
+    physics: Physics,
+    kick: Kick,
+    key: SweepKey,
+) {
+    wall_model::return_shares(particles, walls);
+    let mut total = std::mem::take(&mut walls.force);
+    total.fill([0.0; 6]);
+    let force = Shared::new(&mut particles.force);
+    if walls.model.has_links() {
+        let arrays = (
+            &particles.position[..],
+            &particles.velocity[..],
+            &particles.id[..],
+        );
+        let motion = Motion::Actual;
+        sweep::<K, Frictionless, Silent, D, true>(
+            arrays, force, walls, &mut total, grid, kick, key, motion,
+        );
+    }
+    let arrays = Arrays {
+        position: &particles.position,
+        velocity: &particles.velocity,
+        id: &particles.id,
+    };
+    let request = Request {
+        physics,
+        kick,
+        key,
+        motion: Motion::Actual,
+        conservative: true,
+    };
+    wall_model::forces(arrays, force, walls, &mut total, request);
+    walls.force = total;
+}
+
 /// Adds drag and noise by images alone to `drag`, with `scratch` in the place of the velocities, and
 /// sets the walls' `drag` to the reaction.
 #[allow(clippy::too_many_arguments)]
@@ -219,6 +265,24 @@ pub fn wall_drag<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     }
     let mut total = std::mem::take(&mut walls.drag);
     let force = Shared::new(&mut particles.drag);
+    if walls.model != WallModel::SymmetricImages {
+        let arrays = Arrays {
+            position: &particles.position,
+            velocity: &particles.scratch,
+            id: &particles.id,
+        };
+        let request = Request {
+            physics: Physics::of::<K, F, V, D>(),
+            kick,
+            key,
+            motion,
+            conservative: false,
+        };
+        total.fill([0.0; 6]);
+        wall_model::forces(arrays, force, walls, &mut total, request);
+        walls.drag = total;
+        return;
+    }
     let arrays = (
         &particles.position[..],
         &particles.scratch[..],
@@ -234,6 +298,9 @@ pub fn wall_friction_weight<K: Kernel, const D: usize>(
     particles: &Particles,
     walls: &Walls,
 ) -> f64 {
+    if walls.model != WallModel::SymmetricImages {
+        return wall_model::friction_weight::<K, D>(particles, walls);
+    }
     let blocks = walls.links.iter().flat_map(|block| &block.views);
     let own = walls.tasks.iter().flat_map(|task| &task.views);
     // An own image of even order is at rest to its particle.

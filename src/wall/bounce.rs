@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::geometry::{cross, dot};
-use super::{Shape, TASK, Walls, Wrench};
+use super::{OwnImages, Shape, TASK, Walls, Wrench};
 use crate::domain::PeriodicBox;
 use crate::state::Particles;
 use crate::sweep::Shared;
@@ -26,15 +26,18 @@ impl Walls {
             .par_chunks(TASK)
             .zip(tasks.par_iter_mut())
             .filter_map(|(near, task)| {
-                let tally = &mut task.tally;
+                let OwnImages {
+                    tally, crossings, ..
+                } = task;
                 tally.fill([0.0; 6]);
+                *crossings = 0;
                 let mut escaped = None;
                 for particle in near {
                     // SAFETY: every slot occurs once among the near ones.
                     let (x, v) =
                         unsafe { (position.slot(particle.slot), velocity.slot(particle.slot)) };
                     let walls = particle.first as usize..particle.end as usize;
-                    let inside = self.bounce_one(walls, x, v, cell, tally);
+                    let inside = self.bounce_one(walls, x, v, cell, tally, crossings);
                     if !inside && escaped.is_none() {
                         escaped = Some(particle.slot);
                     }
@@ -43,6 +46,7 @@ impl Walls {
             })
             .min();
         for task in &tasks {
+            self.crossings += task.crossings;
             for (total, part) in self.impulse.iter_mut().zip(&task.tally) {
                 for a in 0..6 {
                     total[a] += part[a];
@@ -60,6 +64,7 @@ impl Walls {
         v: &mut [f64; 4],
         cell: &PeriodicBox,
         tally: &mut [Wrench],
+        crossings: &mut u64,
     ) -> bool {
         for _ in 0..PASSES {
             let mut crossed = false;
@@ -76,6 +81,7 @@ impl Walls {
                 }
                 let distance = foot.distance;
                 crossed |= distance < -ROUNDING;
+                *crossings += 1;
                 let relative = [0, 1, 2].map(|a| v[a] - foot.velocity[a]);
                 let turn = -2.0 * dot(relative, foot.normal).min(0.0);
                 let change = foot.normal.map(|n| turn * n);

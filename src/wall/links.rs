@@ -73,6 +73,8 @@ pub struct OwnImages {
     pub views: Vec<View>,
     /// Sums by wall, of the sweep under way.
     pub(crate) tally: Vec<Wrench>,
+    /// Particles put back in the last step.
+    pub(crate) crossings: u64,
     /// The same of heat received, work done and updates refused, where there is heat.
     pub(crate) energies: Vec<[f64; 3]>,
 }
@@ -121,6 +123,10 @@ impl Walls {
             task.views.clear();
             // No step is to allocate; at corners a particle has a few own images.
             task.views.reserve(TASK * kinds.min(7));
+        }
+        self.rebuild_model(particles, D, cell, skin);
+        if !self.model.has_links() {
+            return;
         }
         let mut links = std::mem::take(&mut self.links);
         links.resize_with(grid.block_count(), BlockLinks::default);

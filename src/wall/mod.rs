@@ -10,20 +10,27 @@
 //!
 //! As r_iJ >= r_ij, links to images are among the pairs of the neighbour list: they are found when
 //! the list is built, and a step visits nothing but particles near walls.
+//!
+//! Other models of walls, to compare with, are chosen for all walls at once (model.rs).
 
+mod bins;
 mod bounce;
+mod completion;
 mod curvature;
 mod field;
 mod geometry;
 mod images;
 mod links;
+mod model;
 mod solid;
 
+pub use completion::Missing;
 pub use curvature::CurvatureWeight;
 pub use field::{Facet, Field, Local, Report};
 pub use geometry::{Foot, Shape, Surface, WallSettings};
 pub use images::{Image, images};
 pub use links::{BlockLinks, Link, Near, OwnImages, Site, View};
+pub use model::{FROZEN_LABELS, ModelSettings, ModelState, WallModel};
 pub use solid::Solid;
 
 use std::sync::Arc;
@@ -61,6 +68,12 @@ pub struct Walls {
     pub drag: Vec<Wrench>,
     /// Momentum and angular momentum each wall has received since the simulation was made.
     pub impulse: Vec<Wrench>,
+    /// Reflections of particles that had crossed a wall, since the simulation was made.
+    pub crossings: u64,
+    /// The model they follow.
+    pub model: WallModel,
+    /// What other models than that of symmetric images keep.
+    pub state: ModelState,
     weight: Option<CurvatureWeight>,
     curvature: Vec<f64>,
 }
@@ -185,6 +198,11 @@ impl Walls {
         }
     }
 
+    /// Sum of the principal curvatures of a wall.
+    pub(crate) fn curvature_of(&self, wall: u32) -> f64 {
+        self.curvature[wall as usize]
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let links: usize = self.links.iter().map(BlockLinks::bytes).sum();
@@ -196,11 +214,13 @@ impl Walls {
             + size_of::<Near>() * self.near.capacity()
             + size_of::<Site>() * self.sites.capacity()
             + 4 * self.first_site.capacity()
+            + self.state.bytes()
     }
 
-    /// Number of links to images of other particles.
+    /// Number of links to images of other particles, or partners in other models.
     pub fn link_count(&self) -> usize {
-        self.links.iter().map(|block| block.links.len()).sum()
+        let symmetric: usize = self.links.iter().map(|block| block.links.len()).sum();
+        symmetric + self.state.partners.len()
     }
 
     /// Refuses positions [h] outside of the fluid: the first of them, by row.

@@ -26,6 +26,7 @@ TABLES = {
     "channel_noise": "| Couette | 0.10 s |",
     "cylinder": "Re = 0.05 |",
     "shaped_walls": "| circle, inside, R = 2h | lucy |",
+    "wall_models": "| own-foot images, as published | ",
 }
 FIGURES = {
     "channel_noise",
@@ -39,6 +40,7 @@ FIGURES = {
     "shaped_walls",
     "verlet_temperature",
     "wall_flows",
+    "wall_models",
 }
 
 

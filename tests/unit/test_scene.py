@@ -272,7 +272,8 @@ class TestPlainData:
         )
         names = {**vars(sdpd.eos), **{name: getattr(sdpd, name) for name in ("Scene", "Fluid")}}
         names |= {name: getattr(sdpd, name) for name in ("Box", "Resolution", "Effects")}
-        names |= {name: getattr(sdpd, name) for name in ("RandomStart", "SinusoidalForce")}
+        kinds = ("RandomStart", "SinusoidalForce", "SymmetricImages")
+        names |= {name: getattr(sdpd, name) for name in kinds}
         assert eval(repr(scene), names) == scene
 
     def test_print(self):

@@ -32,6 +32,7 @@ WALLED = {
     "thermal_couette",
     "wall_equilibrium",
     "wall_flows",
+    "wall_models",
 }
 WALLS = ("sweep/wall", "wall/")
 # Likewise for fluids with an energy.
@@ -91,7 +92,11 @@ def stale(case: str) -> str | None:
 
 def groups(case: str) -> tuple[str, ...]:
     """Groups of scenes that tell whether the physics of a case is the same."""
-    more = {"walled": case in WALLED, "thermal": case in THERMAL}
+    more = {
+        "walled": case in WALLED,
+        "thermal": case in THERMAL,
+        "wall models": case == "wall_models",
+    }
     return ("open", *(name for name, wanted in more.items() if wanted))
 
 
