@@ -91,7 +91,7 @@ class Profile(LoopObserver):
             "samples_per_block", samples_per_block, minimum=1, maximum=validation.LARGEST
         )
         self._scale = 1.0
-        self._dimension, self._width = 0, 3
+        self._dimension, self._energy = 0, False
 
     def check(self, sim: Simulation, every: int, dt: float) -> None:
         """Refuse a scene without that axis or wall."""
@@ -110,7 +110,7 @@ class Profile(LoopObserver):
     def _attach(self, sim: Simulation, every: int) -> Any:
         scene = sim.scene
         self._dimension = scene.dimension
-        self._width = 3 + 2 * scene.dimension + scene.active_effects.energy
+        self._energy = scene.active_effects.energy
         self._scale = scene.particle_mass / scene.fluid.boltzmann_constant
         if self.axis is not None:
             index = AXES.index(self.axis)
@@ -143,9 +143,13 @@ class Profile(LoopObserver):
         return rows[:, 2:].reshape(len(rows), self.bins, self._width)
 
     @property
+    def _width(self) -> int:
+        return 3 + 2 * self._dimension + self._energy
+
+    @property
     def names(self) -> tuple[str, ...]:
         """What there are profiles of."""
-        own = ("internal_temperature",) if self._width > 3 + 2 * self._dimension else ()
+        own = ("internal_temperature",) if self._energy else ()
         return ("velocity", "temperature", "density", "pressure", *own)
 
     @property
