@@ -8,7 +8,7 @@ use crate::domain::PeriodicBox;
 use crate::effect::{AccelerationField, BodyForce};
 use crate::eos::{self, EquationOfState};
 use crate::error::{Error, Result};
-use crate::integrator::{ForceParts, Integrator};
+use crate::integrator::{ForceParts, Integrator, Source};
 use crate::neighbor::{Grid, PairList, SkinModel, automatic_skin};
 use crate::observe::{Observer, Parts, View};
 use crate::physics::PairFriction;
@@ -497,11 +497,11 @@ impl Engine {
     }
 
     /// The parts of the force in slot order, reduced units; the noise is that of step `step`.
-    pub fn force_parts(&mut self, step: u64) -> ForceParts {
+    pub fn force_parts(&mut self, step: u64, whose: Source) -> ForceParts {
         let integrator = Arc::clone(&self.integrator);
         let pool = Arc::clone(&self.pool);
         let dt = self.clock.dt / self.units.time();
-        pool.install(|| integrator.force_parts(self, dt, step))
+        pool.install(|| integrator.force_parts(self, dt, step, whose))
     }
 
     /// Mean friction rate (1/m) <sum_j g_ij> (a + b/D) of a particle's velocity, reduced units.

@@ -52,12 +52,12 @@ class Equilibrium:
     refused: int
 
 
-def equilibrium(capacity: float, samples: int, edge: float = 8.0) -> Equilibrium:
+def equilibrium(capacity: float, samples: int, settle: int = 2000) -> Equilibrium:
     """A box at its own time step."""
-    scene = gas(capacity, 3, edge)
+    scene = gas(capacity, 3, 8.0)
     sim = sdpd.Simulation(scene, seed=7, threads=1)
     number = scene.n_particles
-    sim.run(steps=2000, progress=False)
+    sim.run(steps=settle, progress=False)
     before = sim.total_energy
     whole = number * capacity + 1.5 * (number - 1)
     mean = before / whole
@@ -135,9 +135,9 @@ def slope(steps: int, points: int = 50) -> tuple[float, float]:
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("energy", __doc__, argv)
     capacities = CAPACITIES[1:2] if report.quick else CAPACITIES
-    samples = 64 if report.quick else 6000
+    size = (40, 200) if report.quick else (6000, 2000)
     rows = []
-    for found in (equilibrium(k, samples) for k in capacities):
+    for found in (equilibrium(k, *size) for k in capacities):
         cells = [found.temperature, found.kinetic, found.variance, found.correlation]
         rows.append(
             [

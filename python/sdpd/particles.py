@@ -256,13 +256,15 @@ class Particles:
             refused=accounts["refused"],
         )
 
-    def force_parts(self, step: int | None = None) -> dict[str, Array]:
+    def force_parts(self, step: int | None = None, *, walls_only: bool = False) -> dict[str, Array]:
         """The force of the present state, part by part.
 
         Parameters
         ----------
         step : int, optional
             Step whose noise is wanted; the present one if None.
+        walls_only : bool
+            Of what is behind walls alone: of virtual particles, that is images.
 
         Returns
         -------
@@ -272,7 +274,8 @@ class Particles:
         """
         if step is not None:
             step = validation.integer("step", step, minimum=0, maximum=validation.LARGEST)
-        return self._core.force_parts(step)
+        walls = validation.boolean("walls_only", walls_only)
+        return self._core.force_parts(step, walls)
 
     def friction_rate(self) -> float:
         """Initial decay rate of the velocity autocorrelation in the present state [1/time].

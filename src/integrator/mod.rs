@@ -19,6 +19,15 @@ use crate::sweep::{
     wall_forces, wall_friction_weight, wall_pressures, wall_shares,
 };
 
+/// What a force comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Particles, and what is behind walls.
+    All,
+    /// What is behind walls: images, a completion, frozen particles.
+    Walls,
+}
+
 /// The three parts of the force on every slot, for tests and analysis.
 #[derive(Debug, Default)]
 pub struct ForceParts {
@@ -38,8 +47,8 @@ pub trait Integrator: Send + Sync {
     fn run(&self, engine: &mut Engine, steps: u64, dt: f64) -> Result<()>;
     /// Rebuilds the pair lists from the present positions (and the grid, if asked).
     fn rebuild(&self, engine: &mut Engine, renew_grid: bool) -> Result<()>;
-    /// The parts of the force, in slot order.
-    fn force_parts(&self, engine: &mut Engine, dt: f64, step: u64) -> ForceParts;
+    /// The parts of the force, in slot order: of all, or of what is behind walls alone.
+    fn force_parts(&self, engine: &mut Engine, dt: f64, step: u64, whose: Source) -> ForceParts;
     /// Mean over particles of sum_j g_ij.
     fn mean_friction_weight(&self, engine: &mut Engine) -> f64;
     /// Are pairs wanted in shuffled order?
@@ -72,9 +81,11 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     engine: &mut Engine,
     dt: f64,
     step: u64,
+    whose: Source,
 ) -> ForceParts {
     let kick = engine.friction.kick(dt);
     let key = SweepKey::new(engine.seed, Stream::PairForce, step, 0);
+    let all = whose == Source::All;
     let Engine {
         particles,
         grid,
@@ -91,14 +102,20 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     let saved_walls = (walls.force.clone(), walls.drag.clone());
     let mut parts = ForceParts::default();
     wall_shares(particles, walls);
-    pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key, None);
+    if all {
+        pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key, None);
+    } else {
+        particles.force.fill([0.0; 4]);
+    }
     wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
     parts.conservative.clone_from(&particles.force);
     particles.drag.resize(particles.len(), [0.0; 4]);
     particles.drag.fill([0.0; 4]);
     particles.scratch.clone_from(&particles.velocity);
     if F::ON {
-        drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, None);
+        if all {
+            drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, None);
+        }
         let motion = Motion::Actual;
         wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
     }
@@ -106,7 +123,9 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     particles.scratch.fill([0.0; 4]);
     particles.drag.fill([0.0; 4]);
     if V::ON {
-        drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, None);
+        if all {
+            drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, None);
+        }
         let motion = Motion::Difference;
         wall_drag::<K, F, V, D>(particles, walls, grid, kick, key, motion);
     }

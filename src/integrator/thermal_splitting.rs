@@ -6,7 +6,7 @@
 
 use std::marker::PhantomData;
 
-use super::{ForceParts, Integrator, drift, force_parts, mean_friction_weight};
+use super::{ForceParts, Integrator, Source, drift, force_parts, mean_friction_weight};
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
 use crate::physics::{Exchanges, FrictionForm, Frictionless};
@@ -24,7 +24,7 @@ struct KernelSweeps {
     densities: fn(&mut Engine),
     forces: fn(&mut Engine),
     work: fn(&mut Engine),
-    parts: fn(&mut Engine, f64, u64) -> ForceParts,
+    parts: fn(&mut Engine, f64, u64, Source) -> ForceParts,
     weight: fn(&Engine) -> f64,
     slopes: Slopes,
     slope: fn(f64) -> f64,
@@ -227,8 +227,8 @@ impl<X: Exchanges, V: Variate, const D: usize> Integrator for ThermalSplitting<X
         engine.rebuild::<D>(renew_grid, self.shuffles())
     }
 
-    fn force_parts(&self, engine: &mut Engine, dt: f64, step: u64) -> ForceParts {
-        (self.sweeps.parts)(engine, dt, step)
+    fn force_parts(&self, engine: &mut Engine, dt: f64, step: u64, whose: Source) -> ForceParts {
+        (self.sweeps.parts)(engine, dt, step, whose)
     }
 
     fn mean_friction_weight(&self, engine: &mut Engine) -> f64 {

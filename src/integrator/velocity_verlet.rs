@@ -7,7 +7,9 @@
 
 use std::marker::PhantomData;
 
-use super::{ForceParts, Integrator, drift, force_parts, mean_friction_weight, update_densities};
+use super::{
+    ForceParts, Integrator, Source, drift, force_parts, mean_friction_weight, update_densities,
+};
 use crate::error::Result;
 use crate::kernel::Kernel;
 use crate::physics::FrictionForm;
@@ -103,8 +105,8 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
         engine.rebuild::<D>(renew_grid, false)
     }
 
-    fn force_parts(&self, engine: &mut Engine, dt: f64, step: u64) -> ForceParts {
-        force_parts::<K, F, V, D>(engine, dt, step)
+    fn force_parts(&self, engine: &mut Engine, dt: f64, step: u64, whose: Source) -> ForceParts {
+        force_parts::<K, F, V, D>(engine, dt, step, whose)
     }
 
     fn mean_friction_weight(&self, engine: &mut Engine) -> f64 {

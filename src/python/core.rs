@@ -18,6 +18,7 @@ use super::state::{self, Parsed};
 use super::thermal::ThermalArguments;
 use super::walls::{WallField, rows};
 use crate::effect::AccelerationField;
+use crate::integrator::Source;
 use crate::neighbor::ROUNDS;
 use crate::observe::{Coordinate, Profile};
 use crate::registry::Combination;
@@ -348,13 +349,19 @@ impl Core {
     }
 
     /// Conservative, dissipative and random force (the last as velocity Verlet draws it at the
-    /// step `step`, by default the present one), (N, D) each.
-    #[pyo3(signature = (step=None))]
-    fn force_parts<'py>(&self, py: Python<'py>, step: Option<u64>) -> PyResult<Bound<'py, PyDict>> {
+    /// step `step`, by default the present one), (N, D) each; if `walls` of what is behind them alone.
+    #[pyo3(signature = (step=None, walls=false))]
+    fn force_parts<'py>(
+        &self,
+        py: Python<'py>,
+        step: Option<u64>,
+        walls: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let mut engine = self.lock()?;
         self.columns.import(py, &mut engine)?;
         let step = step.unwrap_or(engine.step);
-        let parts = engine.force_parts(step);
+        let whose = if walls { Source::Walls } else { Source::All };
+        let parts = engine.force_parts(step, whose);
         let result = PyDict::new(py);
         result.set_item(
             "conservative",

@@ -320,6 +320,22 @@ def test_every_kernel_and_friction(kernel: str, friction: str) -> None:
 
 
 @each_case
+def test_forces_of_images_alone(geometry: Geometry, dimension: int) -> None:
+    """What `WallForceProfile` bins: the twin's images, and all that the walls feel."""
+    system = problem(geometry, dimension)
+    sim = core(system)
+    parts = sim.force_parts(None, True)
+    scale = rms(sim.forces)
+    images = system.image_conservative()
+    assert np.abs(parts["conservative"] - images).max() < 1e-12 * scale
+    felt = sum(part.sum(axis=0) for part in parts.values())
+    wrench = sim.wall_forces()[:, :dimension].sum(axis=0)
+    assert np.abs(felt + wrench).max() < 1e-12 * scale * np.sqrt(system.size)
+    again = sim.force_parts()
+    assert np.abs(sum(again.values()) - sim.forces).max() < 1e-12 * scale
+
+
+@each_case
 def test_reaction_of_the_walls(geometry: Geometry, dimension: int) -> None:
     """The walls' forces are what the fluid feels in all, and round walls feel its torque."""
     system = problem(geometry, dimension)

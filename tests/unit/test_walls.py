@@ -647,3 +647,65 @@ def test_taylor_couette_flow(central):
     else:
         share = (rigid - vortex / inner**2) / (-2.0 * vortex / inner**2)
         assert on_inner == pytest.approx(-share * torque, rel=0.1)
+
+
+def test_virtual_particles_push_off_and_hold_back() -> None:
+    """Figure 15 of Yang: forces of the images alone, by the distance from the walls."""
+    box = sdpd.Box((8.0, 12.0), periodic="x")
+    made = reduced_scene(
+        2,
+        box=box,
+        walls=sdpd.walls.slab(box, "y", upper_velocity=(0.5, 0.0)),
+        effects=sdpd.Effects(fluctuations=False),
+        fluid=sdpd.Fluid(
+            density=1.0,
+            shear_viscosity=20.0,
+            temperature=1.0,
+            boltzmann_constant=1.0,
+            equation_of_state=sdpd.eos.Linear(background_pressure=100.0),
+        ),
+        sound_speed=10.0,
+    )
+    sim = sdpd.Simulation(made, integrator="velocity_verlet", seed=1)
+    profiles = [sdpd.WallForceProfile(wall=wall, bins=4, every=10) for wall in (0, 1)]
+    sim.run(steps=200, observe=profiles)
+    parts = sim.force_parts(walls_only=True)
+    total = parts["conservative"] + parts["dissipative"]
+    whole = sim.force_parts()
+    middle = np.abs(np.asarray(sim.positions[:, 1]) - 6.0) < 6.0 - made.support_radius
+    assert not total[middle].any() and whole["conservative"][middle].any()
+    for profile in profiles:
+        assert len(profile) == 20
+        push = profile.normal("conservative")
+        seen = profile.counts > 0.0
+        # away from the wall, and less and less
+        assert (push[seen] >= 0.0).all() and (np.diff(push[seen]) < 0.0).all()
+        along = np.abs(profile.tangential("conservative")[seen])
+        assert along.max() < 1e-3 * push[seen].max()
+    # the moving plate drags along x, the resting one holds back
+    drag = [np.nansum(p.counts * p.tangential("dissipative")[:, 0]) for p in profiles]
+    assert drag[0] < 0.0 < drag[1]
+    assert profiles[0].error("dissipative").shape == (4,)
+    with pytest.raises(ValueError, match="`part` must be one of"):
+        profiles[0].normal("random")
+    with pytest.raises(ValueError, match="`wall` must be the index of one of 2 walls, got 2"):
+        sim.run(steps=1, observe=sdpd.WallForceProfile(wall=2))
+    with pytest.raises(ValueError, match="no samples before a run"):
+        sdpd.WallForceProfile(wall=0).counts  # noqa: B018
+
+
+def test_the_profile_of_virtual_particles_is_written(tmp_path) -> None:
+    box = sdpd.Box((8.0, 8.0), periodic="x")
+    made = reduced_scene(2, box=box, walls=sdpd.walls.slab(box, "y"), sound_speed=10.0)
+    profile = sdpd.WallForceProfile(wall=1, bins=3, every=5)
+    sdpd.Simulation(made, seed=1).run(steps=20, observe=profile)
+    profile.to_csv(tmp_path / "profile.csv")
+    header = (tmp_path / "profile.csv").read_text().splitlines()[0].split(",")
+    assert header[:4] == [
+        "distance",
+        "particles",
+        "conservative_normal",
+        "conservative_normal_error",
+    ]
+    table = np.loadtxt(tmp_path / "profile.csv", delimiter=",", skiprows=1)
+    assert table.shape == (3, len(header))

@@ -10,6 +10,7 @@ from .lagged import LaggedObserver
 from .profile import Profile
 from .stress import Stress, StressCorrelator
 from .thermodynamics import Thermodynamics
+from .wall_force_profile import WallForceProfile
 from .wall_forces import WallForces
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Stress",
     "StressCorrelator",
     "Thermodynamics",
+    "WallForceProfile",
     "WallForces",
     "check_observers",
 ]
