@@ -453,6 +453,12 @@ impl Engine {
             + 12 * particles.image.capacity()
             + self.grid.bytes()
             + self.walls.bytes()
+            + particles
+                .scalars
+                .iter()
+                .map(|s| 8 * s.values.capacity())
+                .sum::<usize>()
+            + self.thermal.as_ref().map_or(0, Thermal::bytes)
     }
 
     /// Advances by `steps` steps of `dt` [user].
@@ -476,6 +482,8 @@ impl Engine {
         let scaled = dt / self.units.time();
         self.each_observer(|observer| observer.begin());
         let impulse = self.walls.impulse.clone();
+        let crossings = self.walls.crossings;
+        let accounts = self.thermal.as_ref().map(|it| it.accounts.clone());
         let result = pool
             .install(|| integrator.run(self, steps, scaled))
             // The last kick of a run is followed by no drift that would notice.
@@ -483,6 +491,10 @@ impl Engine {
         if result.is_err() {
             self.each_observer(|observer| observer.forget());
             self.walls.impulse = impulse;
+            self.walls.crossings = crossings;
+            if let (Some(thermal), Some(accounts)) = (&mut self.thermal, accounts) {
+                thermal.accounts = accounts;
+            }
         }
         result
     }
@@ -690,7 +702,7 @@ impl Engine {
                     mean[a] = v[a] + 0.5 * t * (f[a] + extra[a]);
                     work += extra[a] * mean[a];
                 }
-                *input += t * work;
+                *input = t * work;
             });
     }
 

@@ -10,7 +10,6 @@ use crate::physics::PairThermal;
 use crate::state::Particles;
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
-use crate::wall::Wrench;
 
 /// Particles per task of the elementwise loops.
 const GRAIN: usize = 512;
@@ -110,6 +109,21 @@ pub struct Fields {
     pub work: usize,
 }
 
+/// Energy exchanged since the simulation was made.
+#[derive(Debug, Clone, Default)]
+pub struct Accounts {
+    /// What the adiabat alone would have added.
+    pub discarded: f64,
+    /// Work of the body force.
+    pub body_work: f64,
+    /// Energy of adiabats that stand, as the books would have left none.
+    pub unbooked: f64,
+    /// Updates that were not made, as they would have left a particle without energy.
+    pub refused: u64,
+    /// Of each wall: heat it has received, and work it has done on the fluid.
+    pub walls: Vec<[f64; 2]>,
+}
+
 /// The thermal part of a simulation.
 pub struct Thermal {
     /// Caloric equation of state, in the user's units.
@@ -124,22 +138,20 @@ pub struct Thermal {
     pub fields: Fields,
     /// Heat at each wall.
     pub walls: Vec<WallHeat>,
-    /// Of each wall: heat it has received, and work it has done on the fluid.
-    pub exchanged: Vec<[f64; 2]>,
-    /// Updates of pairs that were not made, by block.
+    /// Where energy has come from and gone to.
+    pub accounts: Accounts,
+    /// Updates of pairs that were not made in the sweep under way, by block.
     pub refused: Vec<u64>,
-    /// What the adiabat alone would have added, by slot: only the sum has a meaning.
-    pub discarded: Vec<f64>,
-    /// Work of the body force, by slot.
+    /// Work of the body force in the kick under way, by slot; then what the books discard.
     pub input: Vec<f64>,
-    /// Energy of adiabats that stand, as the books would have left none, by slot.
-    pub unbooked: Vec<f64>,
+    /// Energy of adiabats that stand in the step under way, by slot.
+    unbooked: Vec<f64>,
     to_density: f64,
     from_pressure: f64,
     from_specific: f64,
 }
 
-/// One number that all fluctuating loops add up in the same order.
+/// The sum in the order of the slots, on any number of threads.
 fn sum(values: &[f64]) -> f64 {
     values.iter().sum()
 }
@@ -170,6 +182,11 @@ impl Thermal {
             finite("transport_exponents", exponent)?;
         }
         let capacity = eos.heat_capacity() * units.mass / boltzmann;
+        if capacity <= 0.5 {
+            return Err(Error::Invalid(format!(
+                "`heat_capacity` must be above 0.5 kB a particle, got {capacity} kB"
+            )));
+        }
         let walls = settings.walls.iter().enumerate();
         let walls: Vec<_> = walls
             .map(|(index, wall)| WallHeat::parse(wall, index, units, kelvin))
@@ -196,10 +213,12 @@ impl Thermal {
             kelvin,
             bookkeeping: settings.bookkeeping,
             fields,
-            exchanged: vec![[0.0; 2]; walls.len()],
+            accounts: Accounts {
+                walls: vec![[0.0; 2]; walls.len()],
+                ..Accounts::default()
+            },
             walls,
             refused: vec![0; blocks],
-            discarded: vec![0.0; n],
             input: vec![0.0; n],
             unbooked: vec![0.0; n],
             to_density: units.mass_density(),
@@ -305,7 +324,7 @@ impl Thermal {
 
     /// Replaces the adiabat's energies by those of the books.
     pub fn close(&mut self, particles: &mut Particles) {
-        let mut discarded = std::mem::take(&mut self.discarded);
+        let mut discarded = std::mem::take(&mut self.input);
         let mut unbooked = std::mem::take(&mut self.unbooked);
         let Fields { heat, energy, .. } = self.fields;
         let [heat, energy] = pick(&mut particles.scalars, [heat, energy]);
@@ -318,29 +337,28 @@ impl Thermal {
             .for_each(|((((heat, &energy), &d), discarded), unbooked)| {
                 let booked = energy - self.cold(d);
                 // Work beyond what a particle has cannot be its own: the adiabat stands.
+                (*discarded, *unbooked) = (0.0, 0.0);
                 if booked > 0.0 {
-                    *discarded += *heat - booked;
+                    *discarded = *heat - booked;
                     *heat = booked;
                 } else {
-                    *unbooked += *heat - booked;
+                    *unbooked = *heat - booked;
                 }
             });
-        (self.discarded, self.unbooked) = (discarded, unbooked);
+        self.accounts.discarded += sum(&discarded);
+        self.accounts.unbooked += sum(&unbooked);
+        (self.input, self.unbooked) = (discarded, unbooked);
     }
 
-    /// Sum over particles of what the adiabat alone would have added to the energy.
-    pub fn discarded_energy(&self) -> f64 {
-        sum(&self.discarded)
+    /// The body force's work of the kick whose mean velocities were just made.
+    pub fn book_input(&mut self) {
+        self.accounts.body_work += sum(&self.input);
     }
 
-    /// Energy that has come in where the books would have left a particle none.
-    pub fn unbooked_energy(&self) -> f64 {
-        sum(&self.unbooked)
-    }
-
-    /// Work done by the body force.
-    pub fn body_work(&self) -> f64 {
-        sum(&self.input)
+    /// Counts what the sweep just done did not do.
+    pub fn count_refused(&mut self) {
+        self.accounts.refused += self.refused.iter().sum::<u64>();
+        self.refused.fill(0);
     }
 
     /// Refuses a temperature that is not finite and positive: its slot.
@@ -351,11 +369,7 @@ impl Thermal {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        8 * (self.discarded.capacity()
-            + self.unbooked.capacity()
-            + self.input.capacity()
-            + self.refused.capacity())
-            + size_of::<Wrench>() * self.exchanged.capacity()
+        8 * (self.unbooked.capacity() + self.input.capacity() + self.refused.capacity())
     }
 }
 

@@ -123,6 +123,9 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "wall_force": [float(x) for x in state["wall_force"]],
         "wall_motions": [wall_motion.motion(wall) for wall in sim.walls],
     }
+    if sim.walls:
+        header["wall_impulse"] = [float(x) for x in state["wall_impulse"]]
+        header["wall_crossings"] = int(state["wall_crossings"])
     if "accounts" in state:
         header["accounts"] = [float(x) for x in state["accounts"]]
     header["digest"] = _digest(header, arrays)
@@ -264,6 +267,9 @@ class _Content:
             timestep.bounds(self.scene, self.integrator, **self.accuracy)
             self.state: dict[str, Any] = {name: self.header["clock"][name] for name in _CLOCK}
             self.state["wall_force"] = [float(x) for x in self.header["wall_force"]]
+            if self.scene.walls:
+                self.state["wall_impulse"] = [float(x) for x in self.header["wall_impulse"]]
+                self.state["wall_crossings"] = int(self.header["wall_crossings"])
             if self.scene.active_effects.energy:
                 self.state["accounts"] = [float(x) for x in self.header["accounts"]]
             self.walls = wall_motion.with_motions(

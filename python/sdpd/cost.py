@@ -43,12 +43,24 @@ COEFFICIENTS = {
 }
 # Verlet keeps the friction apart from the other forces to evaluate it again.
 BYTES_FOR_ITERATIONS = 64.0
+# A step with energies over one without (docs/theory/energy), and what they take of a particle:
+# four fields, three arrays of the user, two sums, and the second force array that lends its memory.
+ENERGY, VARIABLE_ENERGY = 2.0, 4.1
+BYTES_FOR_ENERGY = 136.0
 
 
 def _coefficients(scene: Scene, integrator: Integrator) -> Coefficients:
     """Without friction the splitting has nothing to exchange: it keeps one list, as Verlet does."""
-    name = integrator.name if scene.active_effects.dissipation else "velocity_verlet"
-    return COEFFICIENTS[name]
+    active = scene.active_effects
+    name = integrator.name if active.dissipation or active.conduction else "velocity_verlet"
+    found = COEFFICIENTS[name]
+    if not active.energy:
+        return found
+    slower = VARIABLE_ENERGY if active.variable_transport else ENERGY
+    rates = {noise: rate / slower for noise, rate in found.pairs_per_second.items()}
+    return Coefficients(
+        found.bytes_per_particle + BYTES_FOR_ENERGY, found.bytes_per_listed_pair, rates
+    )
 
 
 def pairs_per_second(scene: Scene, integrator: Integrator) -> float:
@@ -101,7 +113,7 @@ def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) 
         thermal_speed=scene.thermal_speed / h if active.fluctuations else 0.0,
         flow_speed=(scene.flow_speed or 0.0) / h,
         friction_time=tau,
-        shuffles=chosen.name == "pair_splitting" and rate > 0.0,
+        shuffles=chosen.name == "pair_splitting" and (rate > 0.0 or active.conduction),
     )
 
 

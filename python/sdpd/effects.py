@@ -240,14 +240,15 @@ class Effects:
             raise ValueError(
                 "`effects.conduction` must be False as `fluid.thermal_conductivity` is None"
             )
+        follows = conduction and (heating or not dissipation)
         varies = (heating and fluid.viscosity_exponent != 0.0) or (
-            conduction and fluid.conductivity_exponent != 0.0
+            follows and fluid.conductivity_exponent != 0.0
         )
         variable = varies if self.variable_transport is None else self.variable_transport
         if variable and not varies:
             raise ValueError(
                 "`effects.variable_transport` must be False as no exponent of the fluid is other "
-                "than 0 (of the viscosity it needs viscous heating, too)"
+                "than 0 (where there is friction it needs viscous heating, too)"
             )
         return {
             "energy": True,

@@ -191,6 +191,16 @@ def _between(name: str, value: object, low: float, high: float, what: str) -> fl
     return number
 
 
+def _kell(celsius: float) -> float:
+    """Density of water at 0.1 MPa [kg/m^3], Kell, J. Chem. Eng. Data 20 (1975) 97."""
+    t = celsius
+    return (
+        999.83952
+        + t * (16.945176 + t * (-7.9870401e-3 + t * (-46.170461e-6 + t * 105.56302e-9)))
+        - 280.54253e-12 * t**5
+    ) / (1.0 + 16.879850e-3 * t)
+
+
 def water(
     temperature: float = 300.0, *, properties: str = "yang2013", bulk_viscosity: float = 0.0
 ) -> Fluid:
@@ -215,7 +225,8 @@ def water(
     -----
     Measured: density, Kell, J. Chem. Eng. Data 20 (1975) 97; viscosity and conductivity, IAPWS
     SR6-08(2011); sound speed, Marczak, J. Acoust. Soc. Am. 102 (1997) 2776 (adiabatic; at most
-    2 % above the isothermal one up to 340 K, 5 % at 368 K).
+    2 % above the isothermal one up to 340 K, 5 % at 368 K). Thermal expansion from the density;
+    it acts where the fluid has an energy, with the compressibility of the scene's speed of sound.
 
     Examples
     --------
@@ -230,16 +241,14 @@ def water(
     if properties == "yang2013":
         kelvin = validation.positive("temperature", temperature)
         rho, eta, kappa, c = 1000.0, 1e-3, 0.58, 1480.0
+        alpha = 2.75e-4  # Kell 1975 at 300 K
         source = "Yang (2013), Tables 6 and 7: constants, not functions of temperature"
     else:
         what = "the measured properties of liquid water"
         kelvin = _between("temperature", temperature, 273.15, 368.15, what)
         t, s = kelvin - 273.15, kelvin / 300.0
-        rho = (
-            999.83952
-            + t * (16.945176 + t * (-7.9870401e-3 + t * (-46.170461e-6 + t * 105.56302e-9)))
-            - 280.54253e-12 * t**5
-        ) / (1.0 + 16.879850e-3 * t)
+        rho = _kell(t)
+        alpha = (_kell(t - 0.01) - _kell(t + 0.01)) / (0.02 * rho)
         eta = 1e-6 * (280.68 * s**-1.9 + 511.45 * s**-7.7 + 61.131 * s**-19.6 + 0.45903 * s**-40)
         kappa = 0.80201 * s**-0.32 - 0.25992 * s**-5.7 + 0.10024 * s**-12 - 0.032005 * s**-15
         c = 1402.385 + t * (
@@ -256,6 +265,7 @@ def water(
         sound_speed=c,
         thermal_conductivity=kappa,
         heat_capacity=4140.0,
+        thermal_expansion=alpha,
         molecular_mass=molecule,
         molecular_diameter=(molecule / rho) ** (1.0 / 3.0),  # Y 3.4
         equation_of_state=ArtificialCompressibility(),

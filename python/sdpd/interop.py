@@ -40,10 +40,13 @@ class InitialState(NamedTuple):
         [length].
     velocities : ndarray, shape (N, D), or None
         [length/time]; None if the source has none.
+    temperatures : ndarray, shape (N,), or None
+        Of particles with an energy [temperature]; None if the source has none.
     """
 
     positions: Array
     velocities: Array | None
+    temperatures: Array | None = None
 
 
 def _three(values: Array, scale: float) -> Array:
@@ -208,6 +211,8 @@ def to_ase(sim: Simulation) -> Atoms:
     atoms.set_array("ids", sim.ids.astype(np.int64))
     atoms.set_array("densities", sim.densities.copy())
     atoms.set_array("pressures", sim.pressures.copy())
+    if scene.active_effects.energy:
+        atoms.set_array("temperatures", sim.temperatures.copy())
     return atoms
 
 
@@ -289,7 +294,10 @@ def from_ase(atoms: Atoms, scene: Scene) -> InitialState:
                 f"{edge:g}"
             )
     points = initial.check_positions(scene, atoms.get_positions()[:, :dimension] / length)
+    heat = None
+    if scene.active_effects.energy and atoms.has("temperatures"):
+        heat = initial.check_temperatures(scene, atoms.get_array("temperatures"))
     if not atoms.has("momenta"):
-        return InitialState(points, None)
+        return InitialState(points, None, heat)
     speeds = initial.check_velocities(scene, atoms.get_velocities()[:, :dimension] / speed)
-    return InitialState(points, speeds)
+    return InitialState(points, speeds, heat)

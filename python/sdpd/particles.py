@@ -27,12 +27,12 @@ def _without_energy(name: str) -> AttributeError:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EnergyAccounts:
     """Energy that a fluid has exchanged, see `Simulation.energy_accounts`.
 
-    The total energy has changed by ``body_work + sum(wall_work) - sum(wall_heat) + unbooked``, to
-    rounding where the integrator keeps the books.
+    The total energy has changed by `gained`, to rounding where the integrator keeps the books (and
+    friction heats: without viscous heating it exchanges energy with a bath that has no account).
 
     Attributes
     ----------
@@ -57,6 +57,12 @@ class EnergyAccounts:
     discarded: float
     unbooked: float
     refused: int
+
+    @property
+    def gained(self) -> float:
+        """Body work and wall work, less wall heat, and what was not booked [energy]."""
+        walls = float(self.wall_work.sum() - self.wall_heat.sum())
+        return self.body_work + walls + self.unbooked
 
 
 class Particles:
@@ -97,7 +103,7 @@ class Particles:
         view[...] = value
         try:
             self.refresh()
-        except RuntimeError:  # someone else holds the core: nothing has changed
+        except (RuntimeError, ValueError):  # someone else holds the core, or has written nonsense
             view[...] = before
             raise
 
@@ -259,6 +265,9 @@ class Particles:
     def force_parts(self, step: int | None = None, *, walls_only: bool = False) -> dict[str, Array]:
         """The force of the present state, part by part.
 
+        Friction is that of constant coefficients; of a fluid with an energy the random part is 0:
+        its noise is exchanged pair by pair.
+
         Parameters
         ----------
         step : int, optional
@@ -289,11 +298,11 @@ class Particles:
         return self._core.statistics()
 
     def refresh(self) -> None:
-        """Bring derived arrays up to date with what was written into positions and velocities.
+        """Bring derived arrays up to date with what was written into the state's arrays.
 
         Raises
         ------
         ValueError
-            If a written value is not finite.
+            If a written value is not finite, or a temperature not > 0.
         """
         self._core.refresh()

@@ -110,6 +110,11 @@ class SceneQuantities:
         return self.fluid.thermal_energy
 
     @property
+    def hottest_speed(self) -> float:
+        """v_th at the hottest wall [length/time], for bounds on the time step."""
+        return self.thermal_speed * math.sqrt(self.temperature_range[1] / self.fluid.temperature)
+
+    @property
     def thermal_speed(self) -> float:
         """v_th = sqrt(k_B T/m), of one component [length/time]."""
         return math.sqrt(self.thermal_energy / self.particle_mass)
@@ -177,13 +182,10 @@ class SceneQuantities:
                     f"{self.fluid.density:g}, got {squared:g}"
                 )
             return SoundSpeed(math.sqrt(squared), "given by the equation of state", ())
+        if isinstance(law, IdealGas) and self.active_effects.energy:
+            return self._sound_of_gas()
         if self.sound_speed is not None:
             return SoundSpeed(self.sound_speed, "given", ())
-        gas = isinstance(law, IdealGas) and self.fluid.sound_speed is not None
-        if gas and self.active_effects.energy:
-            # A softer gas would have another energy.
-            assert self.fluid.sound_speed is not None
-            return SoundSpeed(self.fluid.sound_speed, "that of the gas, which has an energy", ())
         force = self.body_force if self.active_effects.body_force else None
         return choose_sound_speed(
             thermal_speed=self.thermal_speed,
@@ -193,6 +195,28 @@ class SceneQuantities:
             peak_force=0.0 if force is None else force.peak,
             true_speed=self.fluid.sound_speed,
         )
+
+    def _sound_of_gas(self) -> SoundSpeed:
+        """c = sqrt(R T) of a gas with an energy: a softer one would have another gamma."""
+        fluid, given = self.fluid, self.sound_speed
+        molecule = fluid.molecular_mass
+        true = fluid.sound_speed
+        if molecule is not None:
+            true = math.sqrt(fluid.thermal_energy / molecule)
+        if true is None and given is None:
+            raise ValueError(
+                "`sound_speed` must be given for a gas with an energy, or `fluid.molecular_mass`: "
+                "c = sqrt(R T), with R and the heat capacity, decides gamma"
+            )
+        if true is None:
+            assert given is not None
+            return SoundSpeed(given, "given", ())
+        if given is not None and abs(given / true - 1.0) > 0.01:
+            raise ValueError(
+                "`sound_speed` must be that of the gas where it has an energy, sqrt(R T) = "
+                f"{true:.6g}, or None, got {given:g}"
+            )
+        return SoundSpeed(true, "that of the gas, which has an energy", ())
 
     def _equation_of_state(self, density: float, c: float) -> tuple[float, float]:
         """P and dP/drho."""
@@ -319,13 +343,41 @@ class SceneQuantities:
     @cached_property
     def adiabatic_ratio(self) -> float:
         """Square of the adiabatic over the isothermal speed of sound [1]; 1 without an energy."""
+        return self._adiabatic(self.fluid.temperature)
+
+    @cached_property
+    def stiffest_ratio(self) -> float:
+        """The same with the adiabatic speed at the hottest wall, for bounds on dt [1]."""
+        return max(self.adiabatic_ratio, self._adiabatic(self.temperature_range[1]))
+
+    def _adiabatic(self, temperature: float) -> float:
         if not self.active_effects.energy:
             return 1.0
         from sdpd import _core
 
-        at = [np.array([value]) for value in (self.fluid.density, self.fluid.temperature)]
-        parts = _core.caloric_evaluate(self.caloric, *at)
-        return float(parts[4][0] / parts[3][0])
+        rho = np.array([self.fluid.density] * 2)
+        parts = _core.caloric_evaluate(
+            self.caloric, rho, np.array([temperature, self.fluid.temperature])
+        )
+        return float(parts[4][0] / parts[3][1])
+
+    @cached_property
+    def temperature_range(self) -> tuple[float, float]:
+        """Lowest and highest temperature of the fluid at the start and of the walls."""
+        found = [self.fluid.temperature]
+        for wall in self.walls if self.active_effects.energy else ():
+            if isinstance(wall.heat, Isothermal):
+                points = wall.points_on(self.box, max(self.box.lengths) / 20.0)
+                values = wall.heat.temperature_at(points, self.fluid.temperature)
+                found += [float(values.min()), float(values.max())]
+        return min(found), max(found)
+
+    def transport_factor(self, exponent: float) -> float:
+        """Largest factor (T/T_0)^n of a coefficient over the temperatures of the scene [1]."""
+        if not self.active_effects.variable_transport:
+            return 1.0
+        ends = (value / self.fluid.temperature for value in self.temperature_range)
+        return float(max(1.0, *(end**exponent for end in ends)))
 
     @property
     def conductivity(self) -> float:

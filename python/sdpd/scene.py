@@ -20,7 +20,7 @@ from sdpd.fluids import Fluid
 from sdpd.initial import LatticeStart, RandomStart, Start
 from sdpd.quantities import SceneQuantities
 from sdpd.resolution import Resolution
-from sdpd.wall_heat import HeatFlux
+from sdpd.wall_heat import HeatFlux, Isothermal
 from sdpd.wall_models import MODELS, SymmetricImages, WallModel
 from sdpd.walls import ShapedWall, Wall
 
@@ -37,6 +37,7 @@ _DENSITY_ERROR = 0.05  # of d/n
 _LEAST_VISCOSITY = 0.8  # eta_eff/eta, warned of
 _LEAST_CALIBRATED = 0.5  # eta_eff/eta that may be divided out
 _CURVATURE = 0.2  # h/R, warned of beyond
+_LEAST_CAPACITY = 4.0  # C/k_B of a particle, warned of below
 _FIELD = 9  # place of the number of its field among the numbers of a wall of any shape
 _WELL_RESOLVED = 6.0  # h/dx from which all factors are 1 to a few per mille
 
@@ -138,6 +139,7 @@ class Scene(SceneQuantities):
         self._check_wall_images()
         self._check_wall_model()
         self._check_magnitudes()
+        self._check_energy()
         self._check_factors()
         self._warn_of_pairing()
 
@@ -307,6 +309,33 @@ class Scene(SceneQuantities):
                 raise ValueError(
                     "`fluid`, `box` and `resolution` must give scales within double precision, "
                     f"got {name} = {value:g}; choose other units"
+                )
+
+    def _check_energy(self) -> None:
+        """Heat capacity, and whether heat can pass the walls as they say."""
+        active = self.active_effects
+        if not active.energy:
+            return
+        capacity = self.heat_capacity_number
+        if capacity <= 1.0:
+            raise ValueError(
+                "`fluid.heat_capacity` must be above k_B a particle, got "
+                f"{capacity:.3g} k_B: fewer and larger particles have more"
+            )
+        if capacity < _LEAST_CAPACITY:
+            warnings.warn(
+                f"a particle has a heat capacity of {capacity:.3g} k_B: its temperature fluctuates "
+                f"by {capacity**-0.5:.0%}, more than equations for particles with a temperature "
+                "stand for; take larger particles",
+                ResolutionWarning,
+                stacklevel=4,
+            )
+        for index, wall in enumerate(self.walls):
+            own = isinstance(wall.heat, Isothermal) and wall.heat != Isothermal()
+            if own and not active.conduction:
+                raise ValueError(
+                    f"`walls[{index}].heat` must not be a temperature without heat conduction, "
+                    "which alone feels it: give the fluid a thermal_conductivity"
                 )
 
     def _check_factors(self) -> None:

@@ -547,7 +547,8 @@ class Simulation(Particles):
         from sdpd import interop
 
         state = interop.from_ase(atoms, scene)
-        return cls(scene, positions=state.positions, velocities=state.velocities, **options)
+        given = {"positions": state.positions, "velocities": state.velocities}
+        return cls(scene, **{**given, "temperatures": state.temperatures, **options})
 
     def __repr__(self) -> str:
         return (

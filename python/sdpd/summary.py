@@ -64,6 +64,12 @@ def summary(scene: Scene) -> str:
     thermal = quantity(scene.thermal_speed, "m/s", si=si)
     sound = f"{quantity(scene.sound.speed, 'm/s', si=si)} ({scene.sound.reason})"
     rows.append(("speeds", f"thermal {thermal}, sound {sound}, X = {scene.stiffness:.4g}"))
+    if scene.active_effects.energy:
+        adiabatic = scene.sound.speed * scene.adiabatic_ratio**0.5
+        capacity = f"C = {scene.heat_capacity_number:.4g} k_B a particle"
+        gamma = f"gamma = {scene.adiabatic_ratio:.4g}"
+        fast = f"adiabatic sound {quantity(adiabatic, 'm/s', si=si)}"
+        rows.append(("energy", f"{capacity}, {gamma}, {fast}"))
     deviation = scene.density_deviation
     if deviation is None:
         rows.append(("density", "particles clump: see regime()"))

@@ -124,7 +124,7 @@ def acoustic_limit(scene: Scene) -> float:
     resolution = scene.resolution
     s = structure.acoustic_wavenumber(resolution.kernel, scene.dimension, state.pressure_ratio)
     flow = scene.flow_speed or 0.0
-    sound = state.sound_speed * math.sqrt(scene.adiabatic_ratio)
+    sound = state.sound_speed * math.sqrt(scene.stiffest_ratio)
     return 2.0 * scene.support_radius / (s * (sound + flow))
 
 
@@ -154,7 +154,7 @@ def _splitting_loss(scene: Scene, ratio: float) -> float:
 
 
 def _splitting_friction(scene: Scene, resolve_vacf: bool) -> list[TimeStepBound]:
-    tau = scene.friction_time
+    tau = scene.friction_time / scene.transport_factor(scene.fluid.viscosity_exponent)
     if resolve_vacf:
         return [
             TimeStepBound(
@@ -250,7 +250,9 @@ def bounds(
         found.append(
             TimeStepBound(
                 "conduction",
-                2.0 * scene.conduction_time,
+                2.0
+                * scene.conduction_time
+                / scene.transport_factor(scene.fluid.conductivity_exponent),
                 "accuracy",
                 "2 tau_q",
                 "the delivered conductivity falls above it",
@@ -270,7 +272,7 @@ def bounds(
         found.append(
             TimeStepBound(
                 "thermal motion",
-                0.1 * scene.spacing / scene.thermal_speed,
+                0.1 * scene.spacing / scene.hottest_speed,
                 "accuracy",
                 "0.1 dx/v_th",
                 "a particle moves more than a tenth of the spacing in one step above it",

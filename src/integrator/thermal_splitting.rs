@@ -16,7 +16,6 @@ use crate::sweep::{
     Direction, Slopes, ThermalSweep, number_densities, pair_forces, pair_work, slopes,
     thermal_exchange, wall_densities, wall_forces, wall_work,
 };
-use crate::thermal::Thermal;
 
 /// The sweeps of one kernel: they are the same for every exchange.
 #[derive(Clone, Copy)]
@@ -136,18 +135,11 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
         thermal_exchange::<X, V, D>(particles, walls, thermal, &sweep, tally.as_mut());
     }
 
-    fn with_thermal(engine: &mut Engine, act: impl FnOnce(&mut Thermal, &mut Engine)) {
-        if let Some(mut thermal) = engine.thermal.take() {
-            act(&mut thermal, engine);
-            engine.thermal = Some(thermal);
-        }
-    }
-
     /// Pressures of the present temperatures, and forces.
     fn forces(&self, engine: &mut Engine) {
-        Self::with_thermal(engine, |thermal, engine| {
+        if let Some(thermal) = &engine.thermal {
             thermal.pressures(&mut engine.particles);
-        });
+        }
         (self.sweeps.forces)(engine);
     }
 
@@ -156,9 +148,10 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
         if engine.thermal.as_ref().is_some_and(|it| it.bookkeeping) {
             engine.mean_velocities(t);
             (self.sweeps.work)(engine);
-            Self::with_thermal(engine, |thermal, engine| {
+            if let Some(thermal) = &mut engine.thermal {
+                thermal.book_input();
                 thermal.book_work(&mut engine.particles, t);
-            });
+            }
         }
         engine.kick(t);
     }
@@ -178,23 +171,22 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
         let started = engine.step;
         self.exchange(engine, 0.5 * dt, started, Direction::Forward);
         self.forces(engine);
-        Self::with_thermal(engine, |thermal, engine| {
+        if let Some(thermal) = &engine.thermal {
             thermal.open(&mut engine.particles);
-        });
+        }
         self.kick(engine, 0.5 * dt);
         drift::<D>(engine, dt, self.shuffles())?;
         engine.step += 1;
         (self.sweeps.densities)(engine);
-        Self::with_thermal(engine, |thermal, engine| {
+        if let Some(thermal) = &engine.thermal {
             thermal.follow_adiabat(&mut engine.particles);
-        });
+        }
         self.forces(engine);
         self.kick(engine, 0.5 * dt);
-        Self::with_thermal(engine, |thermal, engine| {
-            if thermal.bookkeeping {
-                thermal.close(&mut engine.particles);
-            }
-        });
+        match &mut engine.thermal {
+            Some(thermal) if thermal.bookkeeping => thermal.close(&mut engine.particles),
+            _ => {}
+        }
         self.exchange(engine, 0.5 * dt, started, Direction::Backward);
         Ok(())
     }
@@ -213,10 +205,10 @@ impl<X: Exchanges, V: Variate, const D: usize> Integrator for ThermalSplitting<X
             if let Err(error) = self.advance(engine, dt) {
                 return Err(Self::cold(engine).unwrap_or(error));
             }
+            if let Some(error) = Self::cold(engine) {
+                return Err(error);
+            }
             engine.observe_thermal(dt);
-        }
-        if let Some(error) = Self::cold(engine) {
-            return Err(error);
         }
         // What the arrays show belongs together: pressures and forces are those of the energies.
         self.forces(engine);

@@ -72,7 +72,7 @@ impl Observer for WallForces {
             }
             if let (Some(thermal), Some(before)) = (view.thermal, self.since.energy.get(wall)) {
                 let unit = units.energy() / units.time();
-                for (now, before) in thermal.exchanged[wall].iter().zip(before) {
+                for (now, before) in thermal.accounts.walls[wall].iter().zip(before) {
                     self.rows.push((now - before) / elapsed * unit);
                 }
             }
@@ -80,7 +80,7 @@ impl Observer for WallForces {
         self.since.time = view.time;
         self.since.impulse.copy_from_slice(&view.walls.impulse);
         if let Some(thermal) = view.thermal {
-            self.since.energy.copy_from_slice(&thermal.exchanged);
+            self.since.energy.copy_from_slice(&thermal.accounts.walls);
         }
     }
 }

@@ -470,18 +470,14 @@ impl Core {
             return Ok(None);
         };
         let unit = engine.units.energy();
+        let held = &thermal.accounts;
         let accounts = PyDict::new(py);
-        accounts.set_item("discarded", thermal.discarded_energy() * unit)?;
-        accounts.set_item("body_work", thermal.body_work() * unit)?;
-        accounts.set_item("unbooked", thermal.unbooked_energy() * unit)?;
-        accounts.set_item("refused", thermal.refused.iter().sum::<u64>())?;
-        let walls: Vec<f64> = thermal
-            .exchanged
-            .iter()
-            .flatten()
-            .map(|x| x * unit)
-            .collect();
-        let table = Array2::from_shape_vec((thermal.exchanged.len(), 2), walls)
+        accounts.set_item("discarded", held.discarded * unit)?;
+        accounts.set_item("body_work", held.body_work * unit)?;
+        accounts.set_item("unbooked", held.unbooked * unit)?;
+        accounts.set_item("refused", held.refused)?;
+        let walls: Vec<f64> = held.walls.iter().flatten().map(|x| x * unit).collect();
+        let table = Array2::from_shape_vec((held.walls.len(), 2), walls)
             .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
         accounts.set_item("walls", table.into_pyarray(py))?;
         Ok(Some(accounts))

@@ -292,7 +292,10 @@ impl ProfileHandle {
 
 impl WallForcesHandle {
     pub(super) fn attach(engine: &mut Engine, every: u64) -> Self {
-        let energy = engine.thermal.as_ref().map_or(&[][..], |it| &it.exchanged);
+        let energy = engine
+            .thermal
+            .as_ref()
+            .map_or(&[][..], |it| &it.accounts.walls);
         let observer = WallForces::new(every, engine.time(), &engine.walls.impulse, energy);
         let shared = Arc::new(Mutex::new(observer));
         engine.attach(shared.clone());

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::simulation::{Clock, Engine};
+use crate::thermal::Accounts;
 
 /// Writes the state of an engine.
 pub fn write<'py>(py: Python<'py>, engine: &Engine) -> PyResult<Bound<'py, PyDict>> {
@@ -27,15 +28,13 @@ pub fn write<'py>(py: Python<'py>, engine: &Engine) -> PyResult<Bound<'py, PyDic
     for (_, scalar) in particles.saved_scalars() {
         state.set_item(scalar.name, bytes_of(py, &scalar.values))?;
     }
+    state.set_item("wall_impulse", engine.walls.impulse.concat())?;
+    state.set_item("wall_crossings", engine.walls.crossings)?;
     if let Some(thermal) = &engine.thermal {
-        let refused = thermal.refused.iter().sum::<u64>() as f64;
-        let mut accounts = vec![
-            thermal.discarded_energy(),
-            thermal.body_work(),
-            thermal.unbooked_energy(),
-            refused,
-        ];
-        accounts.extend(thermal.exchanged.iter().flatten());
+        let held = &thermal.accounts;
+        let mut accounts = vec![held.discarded, held.body_work, held.unbooked];
+        accounts.push(held.refused as f64);
+        accounts.extend(held.walls.iter().flatten());
         state.set_item("accounts", accounts)?;
     }
     Ok(state)
@@ -52,6 +51,8 @@ pub struct Parsed {
     grid: Vec<[f64; 3]>,
     list: Vec<[f64; 3]>,
     wall_force: Vec<f64>,
+    wall_impulse: Vec<f64>,
+    wall_crossings: u64,
     scalars: Vec<(usize, Vec<f64>)>,
     accounts: Vec<f64>,
     step: u64,
@@ -137,7 +138,7 @@ impl Parsed {
         let accounts = engine
             .thermal
             .as_ref()
-            .map_or(0, |thermal| 4 + 2 * thermal.exchanged.len());
+            .map_or(0, |thermal| 4 + 2 * thermal.accounts.walls.len());
         let parsed = Self {
             position: values_of(state, "position", n)?,
             velocity: values_of(state, "velocity", n)?,
@@ -148,6 +149,11 @@ impl Parsed {
             grid: values_of(state, "grid_reference", n)?,
             list: values_of(state, "list_reference", listed)?,
             wall_force: numbers_of(state, "wall_force", 6 * engine.walls.force.len())?,
+            wall_impulse: numbers_of(state, "wall_impulse", 6 * engine.walls.force.len())?,
+            wall_crossings: match state.get_item("wall_crossings")? {
+                Some(count) => count.extract()?,
+                None => 0,
+            },
             scalars,
             accounts: numbers_of(state, "accounts", accounts)?,
             step,
@@ -177,23 +183,23 @@ impl Parsed {
         for (number, values) in self.scalars {
             particles.scalars[number].values = values;
         }
-        if let (Some(thermal), [discarded, input, unbooked, refused, exchanged @ ..]) =
+        if let (Some(thermal), [discarded, body_work, unbooked, refused, walls @ ..]) =
             (&mut engine.thermal, &self.accounts[..])
         {
-            for (sums, total) in [
-                (&mut thermal.discarded, discarded),
-                (&mut thermal.input, input),
-                (&mut thermal.unbooked, unbooked),
-            ] {
-                sums.fill(0.0);
-                sums[0] = *total;
-            }
-            thermal.refused.fill(0);
-            thermal.refused[0] = *refused as u64;
-            for (sums, values) in thermal.exchanged.iter_mut().zip(exchanged.chunks_exact(2)) {
-                sums.copy_from_slice(values);
-            }
+            let walls = walls.chunks_exact(2).map(|pair| [pair[0], pair[1]]);
+            thermal.accounts = Accounts {
+                discarded: *discarded,
+                body_work: *body_work,
+                unbooked: *unbooked,
+                refused: *refused as u64,
+                walls: walls.collect(),
+            };
         }
+        let impulses = engine.walls.impulse.iter_mut();
+        for (impulse, values) in impulses.zip(self.wall_impulse.chunks_exact(6)) {
+            impulse.copy_from_slice(values);
+        }
+        engine.walls.crossings = self.wall_crossings;
         engine.set_clock(self.clock, self.step);
         engine.restore(&self.grid, &self.list, &self.position, &self.force);
         // Like the particles' forces, those on walls may be of velocities between two steps.

@@ -2,6 +2,7 @@
 //! by itself.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::errors::to_python;
@@ -56,6 +57,13 @@ fn caloric_evaluate<'py>(
 )> {
     let law = caloric::build(&eos.0, &eos.1, &eos.2).map_err(|e| to_python(py, &e))?;
     let (rho, t) = (densities.as_array(), temperatures.as_array());
+    if rho.len() != t.len() {
+        return Err(PyValueError::new_err(format!(
+            "`densities` and `temperatures` must be of equal length, got {} and {}",
+            rho.len(),
+            t.len()
+        )));
+    }
     let each = |f: &dyn Fn(f64, f64) -> f64| {
         let values: Vec<f64> = rho
             .iter()

@@ -437,6 +437,7 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
         }
         along.finish(walls, thermal);
     }
+    thermal.count_refused();
     if let Some(tally) = tally {
         tally.keep_exchange();
     }

@@ -69,6 +69,9 @@ pub fn wall_work<K: Kernel, const D: usize>(
     (walls.links, walls.tasks) = (links, tasks);
 }
 
+/// No wall is colder, whatever its gradient says of a place.
+const COLDEST: f64 = 1e-9;
+
 /// How heat crosses an image of some kind.
 enum Passage {
     /// Between the two particles, as between neighbours.
@@ -118,7 +121,7 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
             }
         }
         if baths % 2 == 1 {
-            Passage::Bath(sum / count)
+            Passage::Bath((sum / count).max(COLDEST))
         } else {
             Passage::Mirror
         }
@@ -379,9 +382,9 @@ impl WallRounds {
             .chain(self.tasks.iter().map(|task| &task.energies));
         for sums in energies {
             for (wall, [heat, work, refused]) in sums.iter().enumerate() {
-                thermal.exchanged[wall][0] += heat;
-                thermal.exchanged[wall][1] += work;
-                thermal.refused[0] += *refused as u64;
+                thermal.accounts.walls[wall][0] += heat;
+                thermal.accounts.walls[wall][1] += work;
+                thermal.accounts.refused += *refused as u64;
             }
         }
         let mut impulse = std::mem::take(&mut walls.impulse);
@@ -404,7 +407,7 @@ impl WallRounds {
         let Thermal {
             walls: conditions,
             fields,
-            exchanged,
+            accounts,
             ..
         } = thermal;
         let Particles {
@@ -434,14 +437,21 @@ impl WallRounds {
                 }
             }
             let total: f64 = shares.iter().sum();
-            if total > 0.0 {
-                let given = power * sweep.time;
-                let [shares, heat] = pick(scalars, [fields.work, fields.heat]);
-                for (heat, share) in heat.iter_mut().zip(shares) {
-                    *heat += given * *share / total;
-                }
-                exchanged[wall][0] -= given;
+            if total <= 0.0 {
+                accounts.refused += 1;
+                continue;
             }
+            let scale = power * sweep.time / total;
+            let mut given = 0.0;
+            let [shares, heat] = pick(scalars, [fields.work, fields.heat]);
+            for (heat, share) in heat.iter_mut().zip(shares) {
+                // No more is taken than half of what there is.
+                let part = (scale * *share).max(-0.5 * *heat);
+                accounts.refused += u64::from(part > scale * *share);
+                *heat += part;
+                given += part;
+            }
+            accounts.walls[wall][0] -= given;
         }
     }
 }

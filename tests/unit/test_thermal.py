@@ -553,3 +553,119 @@ def test_a_scene_with_an_energy_runs_from_the_command_line(tmp_path, capsys) -> 
     assert (tmp_path / "wall_forces.csv").exists()
     assert main(["regime", "thermal_couette"]) == 0
     assert "the flow hardly heats itself" in capsys.readouterr().out
+
+
+def test_a_failed_run_leaves_accounts_and_files_whole(tmp_path) -> None:
+    """Ten times the step that is stable: the state goes back, with all its books."""
+    made = slab(sdpd.Isothermal(1.0), sdpd.Isothermal(1.2), of=gas(), noise=True)
+    sim = sdpd.Simulation(made, seed=1)
+    sim.run(steps=20)
+    before, temperatures = sim.energy_accounts(), np.array(sim.temperatures)
+    with pytest.warns(sdpd.TimeStepWarning):
+        sim.dt = 1.0
+    with pytest.raises(sdpd.SimulationError):
+        sim.run(steps=400)
+    after = sim.energy_accounts()
+    assert (after.discarded, after.refused) == (before.discarded, before.refused)
+    assert np.array_equal(after.wall_heat, before.wall_heat)
+    assert np.array_equal(sim.temperatures, temperatures)
+    sim.save(tmp_path / "kept.sdpd")
+    again = sdpd.load(tmp_path / "kept.sdpd")
+    assert again.energy_accounts().gained == sim.energy_accounts().gained
+
+
+def test_accounts_go_on_bit_for_bit(tmp_path) -> None:
+    force = sdpd.UniformForce((0.3, 0.0, 0.0))
+    made = slab(sdpd.Isothermal(1.0), sdpd.HeatFlux(2.0), noise=True, body_force=force)
+    sim = sdpd.Simulation(made, seed=1)
+    sim.run(steps=15)
+    sim.save(tmp_path / "half.sdpd")
+    again = sdpd.load(tmp_path / "half.sdpd")
+    for one in (sim, again):
+        one.run(steps=10)
+    mine, its = sim.energy_accounts(), again.energy_accounts()
+    assert (mine.body_work, mine.discarded, mine.refused) == (
+        its.body_work,
+        its.discarded,
+        its.refused,
+    )
+    assert np.array_equal(mine.wall_heat, its.wall_heat)
+    assert np.array_equal(sim._core.wall_impulses(), again._core.wall_impulses())
+
+
+def test_no_more_heat_is_taken_than_there_is() -> None:
+    sim = sdpd.Simulation(slab(sdpd.Isothermal(1.0), sdpd.HeatFlux(-3e5)), seed=1)
+    before = sim.total_energy
+    sim.run(steps=3)
+    accounts = sim.energy_accounts()
+    assert accounts.refused > 0 and sim.temperatures.min() > 0.0
+    assert sim.total_energy - before == pytest.approx(accounts.gained, rel=1e-9)
+
+
+def test_what_an_energy_needs_is_asked_for() -> None:
+    with pytest.raises(ValueError, match="must be above k_B a particle"):
+        scene(gas(0.8))
+    with pytest.warns(sdpd.ResolutionWarning, match="heat capacity of 3"):
+        scene(gas(3.0))
+    with pytest.raises(ValueError, match="must not be a temperature without heat conduction"):
+        slab(sdpd.Isothermal(2.0), sdpd.Adiabatic(), of=fluid(thermal_conductivity=None))
+    with pytest.raises(ValueError, match="`sound_speed` must be that of the gas"):
+        sdpd.Scene(
+            fluid=sdpd.fluids.nitrogen(),
+            box=sdpd.Box((1e-7,) * 3),
+            resolution=sdpd.Resolution(particles=512),
+            sound_speed=100.0,
+            effects=sdpd.Effects(energy=True),
+        )
+    with pytest.raises(ValueError, match=r"or `fluid.molecular_mass`"):
+        scene(gas(), sound_speed=None)
+    powers = fluid(conductivity_exponent=0.7)
+    bath = sdpd.Effects(energy=True, viscous_heating=False)
+    assert not scene(powers, effects=bath).active_effects.variable_transport
+    nitrogen = sdpd.Scene(
+        fluid=sdpd.fluids.nitrogen(),
+        box=sdpd.Box((1e-7,) * 3),
+        resolution=sdpd.Resolution(particles=512),
+        effects=sdpd.Effects(energy=True),
+    )
+    assert nitrogen.adiabatic_ratio == pytest.approx(1.4)
+    assert "gamma = 1.4" in str(nitrogen)
+    for study in (sdpd.fluctuations.run_fluctuations, sdpd.viscosity.run_viscosity):
+        with pytest.raises(ValueError, match="must have an isothermal fluid"):
+            study(nitrogen)
+
+
+def test_hot_walls_shorten_the_step() -> None:
+    """Ten times the temperature: 3.2 times the speeds of sound and of particles, five times eta."""
+    of = gas(viscosity_exponent=0.7, conductivity_exponent=0.7)
+    cold = slab(sdpd.Isothermal(1.0), sdpd.Isothermal(1.0001), of=of, noise=True)
+    hot = slab(sdpd.Isothermal(1.0), sdpd.Isothermal(10.0), of=of, noise=True)
+    short, long = ({b.name: b.value for b in sdpd.timestep.bounds(s)} for s in (hot, cold))
+    assert long["acoustic accuracy"] / short["acoustic accuracy"] == pytest.approx(
+        10**0.5, rel=1e-3
+    )
+    assert long["thermal motion"] / short["thermal motion"] == pytest.approx(10**0.5, rel=1e-3)
+    assert long["friction"] / short["friction"] == pytest.approx(10**0.7, rel=1e-3)
+    assert long["conduction"] / short["conduction"] == pytest.approx(10**0.7, rel=1e-3)
+
+
+def test_a_refused_assignment_leaves_the_array_as_it_was() -> None:
+    sim = sdpd.Simulation(scene(gas()), seed=1)
+    before = np.array(sim.temperatures)
+    with pytest.raises(ValueError, match="`temperatures` must be > 0"):
+        sim.temperatures = np.where(np.arange(len(before)) == 3, -1.0, before)
+    assert np.array_equal(sim.temperatures, before)
+
+
+def test_ase_keeps_temperatures() -> None:
+    pytest.importorskip("ase")
+    made = scene(gas())
+    sim = sdpd.Simulation(made, seed=1, temperatures=np.linspace(0.8, 1.2, made.n_particles))
+    again = sdpd.Simulation.from_ase(sim.to_ase(), made)
+    assert again.temperatures == pytest.approx(sim.temperatures, rel=1e-14)
+
+
+def test_water_expands() -> None:
+    # 2.07e-4/K at 20 C and 3.03e-4/K at 30 C, CRC Handbook of Chemistry and Physics
+    measured = [sdpd.fluids.water(t, properties="measured") for t in (293.15, 303.15)]
+    assert [f.thermal_expansion for f in measured] == pytest.approx([2.07e-4, 3.03e-4], rel=0.01)

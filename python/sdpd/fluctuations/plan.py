@@ -61,6 +61,7 @@ def check_scene(scene: Scene) -> None:
     ValueError
         Without noise, with walls, or with a body force.
     """
+    validation.isothermal("scene", scene)
     if scene.walls:
         raise ValueError("`scene` must have no walls: the predictions are for periodic boxes")
     active = scene.active_effects
