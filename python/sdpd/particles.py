@@ -15,7 +15,7 @@ from sdpd.scene import Scene
 if TYPE_CHECKING:
     from sdpd._core import Core
 
-__all__ = ["Particles"]
+__all__ = ["EnergyAccounts", "Particles"]
 
 Array = NDArray[np.float64]
 
