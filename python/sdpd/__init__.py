@@ -131,7 +131,9 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "Trajectory": ("sdpd.h5md", "Trajectory"),
     "analysis": ("sdpd.analysis", None),
     "checkpoint": ("sdpd.checkpoint", None),
+    "channel": ("sdpd.channel", None),
     "cli": ("sdpd.cli", None),
+    "conductivity": ("sdpd.conductivity", None),
     "correlations": ("sdpd.correlations", None),
     "diffusion": ("sdpd.diffusion", None),
     "fields": ("sdpd.fields", None),
@@ -139,10 +141,12 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "h5md": ("sdpd.h5md", None),
     "interop": ("sdpd.interop", None),
     "load": ("sdpd.checkpoint", "load"),
+    "nitrogen": ("sdpd.nitrogen", None),
     "observers": ("sdpd.observers", None),
     "plot": ("sdpd.plot", None),
     "scenes": ("sdpd.scenes", None),
     "simulation": ("sdpd.simulation", None),
+    "theory": ("sdpd.theory", None),
     "viscosity": ("sdpd.viscosity", None),
 }
 
