@@ -240,6 +240,8 @@ def _fields(options: argparse.Namespace) -> int:
     stored = {"temperature": frames.velocities, "velocity": frames.velocities}
     stored |= {"pressure": frames.pressures}
     wanted = options.quantities or [n for n in fields.DEFAULT if stored.get(n, 0) is not None]
+    if not options.quantities and frames.temperatures is not None:
+        wanted.append("internal_temperature")
     found = fields.average(
         islice(fields.State.of_frames(frames), options.skip, None),
         _target(options, scene),

@@ -669,3 +669,20 @@ def test_water_expands() -> None:
     # 2.07e-4/K at 20 C and 3.03e-4/K at 30 C, CRC Handbook of Chemistry and Physics
     measured = [sdpd.fluids.water(t, properties="measured") for t in (293.15, 303.15)]
     assert [f.thermal_expansion for f in measured] == pytest.approx([2.07e-4, 3.03e-4], rel=0.01)
+
+
+def test_fields_have_the_internal_temperature() -> None:
+    from sdpd import fields
+
+    made = slab(sdpd.Isothermal(0.9), sdpd.Isothermal(1.1))
+    sim = sdpd.Simulation(made, seed=1)
+    sim.temperatures = 0.9 + 0.2 * sim.positions[:, 2] / 12.0
+    sim.refresh()
+    average = sdpd.BinAverage(axis="z", bins=6, quantities=("internal_temperature",), every=1)
+    sim.run(steps=1, observe=average)
+    found = average["internal_temperature"]
+    assert found.unit == "temperature"
+    assert found.mean == pytest.approx(0.9 + 0.2 * (np.arange(6) + 0.5) / 6.0, abs=1e-3)
+    plain = sdpd.Simulation(scene(effects=sdpd.Effects()), seed=1)
+    with pytest.raises(ValueError, match="needs `temperatures` of the particles"):
+        fields.snapshot(plain, fields.Points([[1.0, 1.0, 1.0]]), quantities="internal_temperature")

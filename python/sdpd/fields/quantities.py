@@ -34,6 +34,7 @@ BUILT_IN = (
     "temperature",
     "pressure",
     "particle_density",
+    "internal_temperature",
 )
 
 
@@ -146,6 +147,7 @@ _COLUMNS: dict[str, Callable[[State], Array]] = {
     "twice_kinetic": lambda state: state.mass * np.square(_need(state, "velocities")).sum(axis=1),
     "pressure": lambda state: _need(state, "pressures"),
     "particle_density": lambda state: _need(state, "densities"),
+    "internal_temperature": lambda state: _need(state, "temperatures"),
 }
 
 
@@ -185,6 +187,7 @@ def recipe(quantity: str | Quantity, state: State) -> Recipe:
         "temperature": Recipe(name, "", ("momentum", "mass", "twice_kinetic"), (), "temperature"),
         "pressure": Recipe(name, "", ("pressure",), (), "mean"),
         "particle_density": Recipe(name, "", ("particle_density",), (), "mean"),
+        "internal_temperature": Recipe(name, "", ("internal_temperature",), (), "mean"),
     }[name]
     unit = built_in_unit(name, state.dimension, si=state.si)
     return replace(made, unit=unit, boltzmann_constant=state.boltzmann_constant)
@@ -217,6 +220,7 @@ def built_in_unit(name: str, dimension: int, *, si: bool) -> str:
         "momentum_density": flux,
         "velocity": "m/s" if si else "length/time",
         "temperature": "K" if si else "temperature",
+        "internal_temperature": "K" if si else "temperature",
         "pressure": pressure or f"energy/length^{dimension}",
         "diffusivity": "m^2/s" if si else "length^2/time",
     }[name]

@@ -40,6 +40,8 @@ class State:
         [mass].
     densities, pressures : array_like, shape (N,), optional
         Of the particles [mass/length^D], [energy/length^D].
+    temperatures : array_like, shape (N,), optional
+        Of particles with an energy [temperature].
     boltzmann_constant : float
         [energy/temperature].
     si : bool
@@ -60,6 +62,7 @@ class State:
     mass: Any = 1.0
     densities: Array | None = None
     pressures: Array | None = None
+    temperatures: Array | None = None
     boltzmann_constant: float = 1.0
     si: bool = False
     time: float = 0.0
@@ -84,6 +87,7 @@ class State:
             ("velocities", (count, dimension)),
             ("densities", (count,)),
             ("pressures", (count,)),
+            ("temperatures", (count,)),
         ):
             value = getattr(self, name)
             if value is not None:
@@ -109,6 +113,7 @@ class State:
             mass=sim.scene.particle_mass,
             densities=sim.densities,
             pressures=sim.pressures,
+            temperatures=sim.temperatures if sim.scene.active_effects.energy else None,
             boltzmann_constant=fluid.boltzmann_constant,
             si=fluid.is_si,
             time=sim.time,
@@ -127,7 +132,7 @@ class State:
         for index in range(len(frames)):
             fields: dict[str, Any] = {
                 name: row(getattr(frames, name), index)
-                for name in ("velocities", "densities", "pressures")
+                for name in ("velocities", "densities", "pressures", "temperatures")
             }
             yield cls(
                 positions=frames.positions[index],
