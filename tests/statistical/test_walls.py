@@ -107,3 +107,42 @@ def test_equilibrium_in_the_outermost_layer(integrator: str, kind: str) -> None:
     error = flow.std(ddof=1) / np.sqrt(BLOCKS)
     assert error < 0.02
     assert abs(flow.mean()) < LARGEST_T * error
+
+
+@pytest.mark.parametrize("side", ["inside", "outside"])
+def test_a_relaxed_fluid_is_even_up_to_a_round_wall(side: str) -> None:
+    """R = 5h, noise off: density within 0.3 % of the bulk in layers of h/4 (own-foot images: 5 %).
+
+    Annealed with noise first. A random packing that is only quenched keeps its disorder, a few per
+    mille of it next to the wall; of an annealed one layers differ by 0.1 % (six runs, 2D and 3D).
+    """
+    support = 2.65
+    radius = 5.02 * support  # the spacing is 1 to a few per mille
+    edge = 2.0 * radius + (0.0 if side == "inside" else 6.0 * support)
+    wall = sdpd.Cylinder(radius=radius, centre=(edge / 2.0, edge / 2.0), fluid=side)
+    made = sdpd.Scene(
+        fluid=FLUID,
+        box=sdpd.Box((edge, edge), periodic="" if side == "inside" else "xy"),
+        walls=(wall,),
+        resolution=sdpd.Resolution(spacing=1.0, support=support, kernel="lucy"),
+        start=sdpd.RandomStart(relax_steps=200),
+        sound_speed=10.0,
+    )
+    quiet = made.replace(effects=sdpd.Effects(fluctuations=False))
+    rows = []
+    for seed in range(3):
+        hot = sdpd.Simulation(made, seed=seed, threads=1)
+        hot.run(time=25.0, progress=False)
+        still = np.zeros((made.n_particles, 2))
+        cold = sdpd.Simulation(
+            quiet, positions=np.array(hot.positions), velocities=still, threads=1
+        )
+        cold.run(time=20.0, progress=False)
+        phi = wall.distance(np.array(cold.positions), made.box) / support
+        density = np.array(cold.densities)
+        bulk = density[phi > 1.5].mean()
+        layers = [density[(phi >= a) & (phi < a + 0.25)].mean() for a in (0.0, 0.25, 0.5, 0.75)]
+        rows.append(np.array(layers) / bulk - 1.0)
+    mean, error = np.mean(rows, axis=0), np.std(rows, axis=0, ddof=1) / np.sqrt(len(rows))
+    assert error.max() < 0.0015
+    assert np.abs(mean).max() < 0.003
