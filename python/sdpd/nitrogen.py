@@ -392,9 +392,11 @@ def plot(study: Study, figure: Any = None) -> Any:
             axis.plot(numbers, theirs, "x", color=other, label=f"{name}, Yang (2013)")
         axis.axhline(1.0, color="0.5", linewidth=0.8)
         axis.set(xlabel="case", ylabel="variance over the expected one [1]")
+        axis.set_yscale("log")
+        axis.set_xticks(numbers)
         axis.grid(color="0.9", linewidth=0.7)
+        axis.set_axisbelow(True)
         axis.legend(fontsize=8)
-    axes[1].set_yscale("log")
     return figure
 
 
