@@ -57,24 +57,61 @@ pub trait Integrator: Send + Sync {
     fn needs_drag(&self) -> bool;
 }
 
-/// Densities, then pressures, of the present positions.
-pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
+/// Number densities of the present positions, walls included.
+pub(crate) fn densities<K: Kernel, const D: usize>(engine: &mut Engine) {
     let Engine {
         particles,
         grid,
         list,
         cell,
-        eos,
-        units,
         walls,
         ..
     } = engine;
     number_densities::<K, D>(particles, grid, list, cell);
     wall_densities::<K, D>(particles, walls, grid, cell);
+}
+
+/// Densities, then pressures, of the present positions.
+pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
+    densities::<K, D>(engine);
+    let Engine {
+        particles,
+        eos,
+        units,
+        walls,
+        ..
+    } = engine;
     let (to_mass_density, from_pressure) = (units.mass_density(), 1.0 / units.pressure());
     let pressure = |d| eos.pressure(d * to_mass_density) * from_pressure;
     site_pressures(particles, pressure);
     wall_pressures(walls, pressure);
+}
+
+/// Forces of pairs and walls, from the present pressures; drag and noise are those of a kick of dt.
+pub(crate) fn forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+    engine: &mut Engine,
+    dt: f64,
+) {
+    let kick = engine.friction.kick(dt);
+    let key = SweepKey::new(engine.seed, Stream::PairForce, engine.step, 0);
+    let Engine {
+        particles,
+        grid,
+        list,
+        cell,
+        tally,
+        walls,
+        ..
+    } = engine;
+    wall_shares(particles, walls);
+    pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, tally.as_mut());
+    wall_forces::<K, F, V, D>(particles, walls, grid, kick, key);
+}
+
+/// Forces of the pressures alone.
+pub(crate) fn conservative_forces<K: Kernel, const D: usize>(engine: &mut Engine) {
+    // Of a kick without friction and noise, the duration does not matter.
+    forces::<K, Frictionless, Silent, D>(engine, 1.0);
 }
 
 pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(

@@ -6,14 +6,15 @@
 use std::marker::PhantomData;
 
 use super::{
-    ForceParts, Integrator, Source, drift, force_parts, mean_friction_weight, update_densities,
+    ForceParts, Integrator, Source, conservative_forces, drift, force_parts, mean_friction_weight,
+    update_densities,
 };
 use crate::error::Result;
 use crate::kernel::Kernel;
-use crate::physics::{FrictionForm, Frictionless};
-use crate::random::{Silent, Stream, SweepKey, Variate};
+use crate::physics::FrictionForm;
+use crate::random::{Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{Direction, exchange, pair_forces, wall_exchange, wall_forces, wall_shares};
+use crate::sweep::{Direction, exchange, wall_exchange};
 
 /// The splitting; see the module.
 pub struct PairSplitting<K, F, V, const D: usize> {
@@ -27,31 +28,6 @@ impl<K, F, V, const D: usize> Default for PairSplitting<K, F, V, D> {
 }
 
 impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F, V, D> {
-    fn forces(&self, engine: &mut Engine) {
-        let kick = engine.friction.kick(1.0);
-        let key = SweepKey::new(engine.seed, Stream::PairForce, engine.step, 0);
-        let Engine {
-            particles,
-            grid,
-            list,
-            cell,
-            tally,
-            walls,
-            ..
-        } = engine;
-        wall_shares(particles, walls);
-        pair_forces::<K, Frictionless, Silent, D>(
-            particles,
-            grid,
-            list,
-            cell,
-            kick,
-            key,
-            tally.as_mut(),
-        );
-        wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
-    }
-
     /// Half a step of drag and noise; `started` is the step at whose start it belongs.
     fn exchange(&self, engine: &mut Engine, t: f64, started: u64, direction: Direction) {
         if !F::ON {
@@ -94,7 +70,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
 {
     fn refresh(&self, engine: &mut Engine, _: f64) -> Result<()> {
         update_densities::<K, D>(engine);
-        self.forces(engine);
+        conservative_forces::<K, D>(engine);
         Ok(())
     }
 
@@ -106,7 +82,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
             drift::<D>(engine, dt, self.shuffles())?;
             engine.step += 1;
             update_densities::<K, D>(engine);
-            self.forces(engine);
+            conservative_forces::<K, D>(engine);
             engine.kick(0.5 * dt);
             self.exchange(engine, 0.5 * dt, started, Direction::Backward);
             engine.observe(dt);

@@ -6,15 +6,17 @@
 
 use std::marker::PhantomData;
 
-use super::{ForceParts, Integrator, Source, drift, force_parts, mean_friction_weight};
+use super::{
+    ForceParts, Integrator, Source, conservative_forces, densities, drift, force_parts,
+    mean_friction_weight,
+};
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
-use crate::physics::{Exchanges, FrictionForm, Frictionless};
+use crate::physics::{Exchanges, FrictionForm};
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
 use crate::sweep::{
-    Direction, Slopes, ThermalSweep, number_densities, pair_forces, pair_work, slopes,
-    thermal_exchange, wall_densities, wall_forces, wall_work,
+    Direction, Slopes, ThermalSweep, pair_work, slopes, thermal_exchange, wall_work,
 };
 
 /// The sweeps of one kernel: they are the same for every exchange.
@@ -27,36 +29,6 @@ struct KernelSweeps {
     weight: fn(&Engine) -> f64,
     slopes: Slopes,
     slope: fn(f64) -> f64,
-}
-
-fn densities<K: Kernel, const D: usize>(engine: &mut Engine) {
-    let Engine {
-        particles,
-        grid,
-        list,
-        cell,
-        walls,
-        ..
-    } = engine;
-    number_densities::<K, D>(particles, grid, list, cell);
-    wall_densities::<K, D>(particles, walls, grid, cell);
-}
-
-fn forces<K: Kernel, const D: usize>(engine: &mut Engine) {
-    let kick = engine.friction.kick(1.0);
-    let key = SweepKey::new(engine.seed, Stream::PairForce, engine.step, 0);
-    let Engine {
-        particles,
-        grid,
-        list,
-        cell,
-        tally,
-        walls,
-        ..
-    } = engine;
-    let tally = tally.as_mut();
-    pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key, tally);
-    wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
 }
 
 fn work<K: Kernel, const D: usize>(engine: &mut Engine) {
@@ -79,7 +51,7 @@ impl KernelSweeps {
     fn of<K: Kernel, F: FrictionForm, const D: usize>() -> Self {
         Self {
             densities: densities::<K, D>,
-            forces: forces::<K, D>,
+            forces: conservative_forces::<K, D>,
             work: work::<K, D>,
             parts: force_parts::<K, F, Silent, D>,
             weight: mean_friction_weight::<K, D>,

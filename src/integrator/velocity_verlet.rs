@@ -8,14 +8,15 @@
 use std::marker::PhantomData;
 
 use super::{
-    ForceParts, Integrator, Source, drift, force_parts, mean_friction_weight, update_densities,
+    ForceParts, Integrator, Source, drift, force_parts, forces, mean_friction_weight,
+    update_densities,
 };
 use crate::error::Result;
 use crate::kernel::Kernel;
 use crate::physics::FrictionForm;
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{Motion, drag_forces, pair_forces, wall_drag, wall_forces, wall_shares};
+use crate::sweep::{Motion, drag_forces, wall_drag};
 
 /// Velocity Verlet; see the module.
 pub struct VelocityVerlet<K, F, V, const D: usize> {
@@ -34,23 +35,6 @@ impl<K, F, V, const D: usize> VelocityVerlet<K, F, V, D> {
 }
 
 impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F, V, D> {
-    fn forces(&self, engine: &mut Engine, dt: f64) {
-        let kick = engine.friction.kick(dt);
-        let key = SweepKey::new(engine.seed, Stream::PairForce, engine.step, 0);
-        let Engine {
-            particles,
-            grid,
-            list,
-            cell,
-            tally,
-            walls,
-            ..
-        } = engine;
-        wall_shares(particles, walls);
-        pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, tally.as_mut());
-        wall_forces::<K, F, V, D>(particles, walls, grid, kick, key);
-    }
-
     /// Velocities have just been changed by half a kick: lets the drag follow.
     fn correct_drag(&self, engine: &mut Engine, dt: f64) {
         if !F::ON || self.iterations == 0 {
@@ -83,7 +67,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
 {
     fn refresh(&self, engine: &mut Engine, dt: f64) -> Result<()> {
         update_densities::<K, D>(engine);
-        self.forces(engine, dt);
+        forces::<K, F, V, D>(engine, dt);
         Ok(())
     }
 
@@ -93,7 +77,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
             drift::<D>(engine, dt, false)?;
             engine.step += 1;
             update_densities::<K, D>(engine);
-            self.forces(engine, dt);
+            forces::<K, F, V, D>(engine, dt);
             engine.kick(0.5 * dt);
             self.correct_drag(engine, dt);
             engine.observe(dt);
