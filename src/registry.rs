@@ -5,8 +5,10 @@ use crate::error::{Error, Result};
 use crate::integrator::{Integrator, PairSplitting, ThermalSplitting, VelocityVerlet};
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::physics::{
-    Adiabatic, Bath, BathAndConduction, Central, Conduction, ConductionVariable, Exchanges,
-    FrictionForm, Frictionless, Full, FullVariable, General, Heating, HeatingVariable,
+    Adiabatic, Bath, BathAndConduction, BathAndConductionGeneral, BathGeneral, Central, Conduction,
+    ConductionGeneral, ConductionMetropolis, ConductionVariable, Exchanges, FrictionForm,
+    Frictionless, Full, FullGeneral, FullMetropolis, FullVariable, General, Heating,
+    HeatingGeneral, HeatingMetropolis, HeatingVariable,
 };
 use crate::random::{Gaussian, Silent, Uniform, Variate};
 
@@ -27,17 +29,34 @@ pub const NOISES: [&str; 3] = [Silent::NAME, Gaussian::NAME, Uniform::NAME];
 pub const INTEGRATORS: [&str; 2] = ["velocity_verlet", "pair_splitting"];
 
 /// What exchanges energy between the particles of a fluid that is not isothermal; the first: it is.
-pub const EXCHANGES: [&str; 10] = [
+pub const EXCHANGES: [&str; 18] = [
     "none",
     Adiabatic::NAME,
     Full::NAME,
     FullVariable::NAME,
+    FullGeneral::NAME,
+    FullMetropolis::NAME,
     Heating::NAME,
     HeatingVariable::NAME,
+    HeatingGeneral::NAME,
+    HeatingMetropolis::NAME,
     BathAndConduction::NAME,
+    BathAndConductionGeneral::NAME,
     Bath::NAME,
+    BathGeneral::NAME,
     Conduction::NAME,
     ConductionVariable::NAME,
+    ConductionGeneral::NAME,
+    ConductionMetropolis::NAME,
+];
+
+/// Those without friction.
+const WITHOUT_FRICTION: [&str; 5] = [
+    Adiabatic::NAME,
+    Conduction::NAME,
+    ConductionVariable::NAME,
+    ConductionGeneral::NAME,
+    ConductionMetropolis::NAME,
 ];
 
 /// One supported combination, or a wish for one.
@@ -99,16 +118,19 @@ impl Combination {
                 self.integrator
             ));
         }
-        let without = [Adiabatic::NAME, Conduction::NAME, ConductionVariable::NAME];
-        let frictionless = without.contains(&self.exchanges.as_str());
+        let frictionless = WITHOUT_FRICTION.contains(&self.exchanges.as_str());
         if frictionless != (self.friction == "none") {
             return Some(format!(
-                "`exchanges` must be one of {without:?} where `friction` is \"none\", and only there, got {:?} and {:?}",
+                "`exchanges` must be one of {WITHOUT_FRICTION:?} where `friction` is \"none\", and only there, got {:?} and {:?}",
                 self.exchanges, self.friction
             ));
         }
-        (self.exchanges == Adiabatic::NAME && self.noise != "none")
-            .then(|| "`noise` must be \"none\" where nothing is exchanged".to_string())
+        if self.exchanges == Adiabatic::NAME && self.noise != "none" {
+            return Some("`noise` must be \"none\" where nothing is exchanged".to_string());
+        }
+        (self.exchanges.ends_with("metropolis") && self.noise == "none").then(|| {
+            "`exchanges` must not be accepted or rejected where there is no noise".to_string()
+        })
     }
 }
 
@@ -155,12 +177,20 @@ fn with_exchanges<const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
         Adiabatic::NAME => thermal::<Adiabatic, Silent, D>(wish),
         Full::NAME => thermal_with_noise::<Full, D>(wish),
         FullVariable::NAME => thermal_with_noise::<FullVariable, D>(wish),
+        FullGeneral::NAME => thermal_with_noise::<FullGeneral, D>(wish),
+        FullMetropolis::NAME => thermal::<FullMetropolis, Gaussian, D>(wish),
         Heating::NAME => thermal_with_noise::<Heating, D>(wish),
         HeatingVariable::NAME => thermal_with_noise::<HeatingVariable, D>(wish),
+        HeatingGeneral::NAME => thermal_with_noise::<HeatingGeneral, D>(wish),
+        HeatingMetropolis::NAME => thermal::<HeatingMetropolis, Gaussian, D>(wish),
         BathAndConduction::NAME => thermal_with_noise::<BathAndConduction, D>(wish),
+        BathAndConductionGeneral::NAME => thermal_with_noise::<BathAndConductionGeneral, D>(wish),
         Bath::NAME => thermal_with_noise::<Bath, D>(wish),
+        BathGeneral::NAME => thermal_with_noise::<BathGeneral, D>(wish),
         Conduction::NAME => thermal_with_noise::<Conduction, D>(wish),
-        _ => thermal_with_noise::<ConductionVariable, D>(wish),
+        ConductionVariable::NAME => thermal_with_noise::<ConductionVariable, D>(wish),
+        ConductionGeneral::NAME => thermal_with_noise::<ConductionGeneral, D>(wish),
+        _ => thermal::<ConductionMetropolis, Gaussian, D>(wish),
     }
 }
 
@@ -231,7 +261,10 @@ mod tests {
         let all = combinations();
         // isothermal; then friction (2 forms) with noise or without, and without friction
         let isothermal = 2 * (2 + 2 + 1) + 2;
-        assert_eq!(all.len(), 2 * 4 * (isothermal + 2 * 2 * 6 + 2 * 2 + 1));
+        assert_eq!(
+            all.len(),
+            2 * 4 * (isothermal + 2 * (2 * 9 + 2) + 2 * 3 + 1 + 1)
+        );
         for combination in &all {
             assert!(build(combination, 1).is_ok());
         }

@@ -294,10 +294,10 @@ impl Engine {
         let mut particles = Particles::new(n, drag);
         let coefficients = [friction.across, friction.along];
         let counts = [grid.block_count(), walls.surfaces.len()];
-        if settings.thermal.is_some() != (settings.combination.exchanges != "none") {
+        let exchanges = &settings.combination.exchanges;
+        if settings.thermal.is_some() != (exchanges != "none") {
             return Err(Error::Invalid(format!(
-                "`thermal` must be given where `exchanges` is not \"none\", and only there, got {:?}",
-                settings.combination.exchanges
+                "`thermal` must be given where `exchanges` is not \"none\", and only there, got {exchanges:?}"
             )));
         }
         let thermal = match &settings.thermal {
@@ -310,6 +310,9 @@ impl Engine {
                 counts,
             )?),
         };
+        if let Some(thermal) = &thermal {
+            thermal.check_exchanges(exchanges)?;
+        }
         Ok(Self {
             walls,
             body_force: build_body_force(settings, &units)?,

@@ -2,12 +2,15 @@
 //! pressure does, heat through walls. The state of a particle is its thermal energy C T, in units of
 //! m u0^2 like all energies of the loops; kB = 1 there, so temperatures are in units of m u0^2/kB.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::eos::caloric::{self, Caloric};
 use crate::error::{Error, Result};
-use crate::physics::PairThermal;
+use crate::physics::{PairThermal, Power};
 use crate::state::Particles;
+use crate::sweep::States;
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
 
@@ -146,6 +149,10 @@ pub struct Thermal {
     pub input: Vec<f64>,
     /// Energy of adiabats that stand in the step under way, by slot.
     unbooked: Vec<f64>,
+    /// eta and kappa of each particle over their values at the reference, at the start of a sweep.
+    pub factors: Vec<[f64; 2]>,
+    /// Is the heat capacity a constant, so that the thermal energy is C T?
+    constant: bool,
     to_density: f64,
     from_pressure: f64,
     from_specific: f64,
@@ -181,7 +188,9 @@ impl Thermal {
         for exponent in settings.exponents {
             finite("transport_exponents", exponent)?;
         }
-        let capacity = eos.heat_capacity() * units.mass / boltzmann;
+        let constant = eos.constant_heat_capacity();
+        // Nothing reads a heat capacity that is no constant from here.
+        let capacity = constant.map_or(f64::NAN, |c| c * units.mass / boltzmann);
         if capacity <= 0.5 {
             return Err(Error::Invalid(format!(
                 "`heat_capacity` must be above 0.5 kB a particle, got {capacity} kB"
@@ -206,7 +215,7 @@ impl Thermal {
                 along,
                 conductivity,
                 capacity,
-                exponents: settings.exponents,
+                powers: Arc::new(settings.exponents.map(Power::new)),
                 inverse_reference: 1.0 / reference,
                 dimension: f64::from(units.dimension),
             },
@@ -221,30 +230,65 @@ impl Thermal {
             refused: vec![0; blocks],
             input: vec![0.0; n],
             unbooked: vec![0.0; n],
+            factors: vec![[1.0; 2]; n],
+            constant: constant.is_some(),
             to_density: units.mass_density(),
             from_pressure: 1.0 / units.pressure(),
             from_specific: 1.0 / (units.velocity * units.velocity),
         })
     }
 
-    /// Temperature [user] of a thermal energy.
-    pub fn temperature(&self, heat: f64) -> f64 {
-        heat / self.pair.capacity * self.kelvin
+    /// Do the exchanges suit the fluid and the walls?
+    pub fn check_exchanges(&self, exchanges: &str) -> Result<()> {
+        let metropolis = exchanges.ends_with("metropolis");
+        let general = metropolis || exchanges.ends_with("general") || exchanges == "adiabatic";
+        if !self.constant && !general {
+            return Err(Error::Invalid(format!(
+                "`exchanges` must be for any heat capacity where that of `thermal.eos` is no constant, got {exchanges:?}"
+            )));
+        }
+        if metropolis && !self.walls.is_empty() {
+            return Err(Error::Invalid(format!(
+                "`exchanges` must not be accepted or rejected where there are walls, got {exchanges:?}"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Temperature [user] of a particle of number density d.
+    pub fn temperature(&self, d: f64, heat: f64) -> f64 {
+        if self.constant {
+            return heat / self.pair.capacity * self.kelvin;
+        }
+        self.eos
+            .temperature_and_capacity(d * self.to_density, heat / self.from_specific)[0]
     }
 
     /// Thermal energy of a temperature [user].
-    pub fn heat(&self, temperature: f64) -> f64 {
-        temperature / self.kelvin * self.pair.capacity
+    pub fn heat(&self, d: f64, temperature: f64) -> f64 {
+        if self.constant {
+            return temperature / self.kelvin * self.pair.capacity;
+        }
+        self.eos.heat(d * self.to_density, temperature) * self.from_specific
+    }
+
+    /// Does a temperature mean the same thermal energy at any density?
+    pub fn heat_capacity_is_constant(&self) -> bool {
+        self.constant
     }
 
     /// Internal energy and entropy (in units of kB) of a particle of number density d.
     pub fn energy_and_entropy(&self, d: f64, heat: f64) -> [f64; 2] {
-        let rho = d * self.to_density;
-        let entropy = self.eos.entropy(rho, self.temperature(heat));
         [
             self.cold(d) + heat,
-            entropy * self.pair.capacity / self.eos.heat_capacity(),
+            self.entropy(d, heat) * self.kelvin * self.from_specific,
         ]
+    }
+
+    /// Entropy per mass [user].
+    fn entropy(&self, d: f64, heat: f64) -> f64 {
+        self.eos
+            .entropy(d * self.to_density, heat / self.from_specific)
     }
 
     /// Internal energy of a particle.
@@ -253,7 +297,18 @@ impl Thermal {
     }
 
     fn cold(&self, d: f64) -> f64 {
-        self.eos.cold(d * self.to_density).energy * self.from_specific
+        self.eos.cold_energy(d * self.to_density) * self.from_specific
+    }
+
+    /// Temperatures and heat capacities of particles, for the exchanges.
+    pub fn states<'a>(&'a self, density: &'a [f64]) -> States<'a> {
+        States {
+            eos: &*self.eos,
+            density,
+            to_density: self.to_density,
+            to_specific: 1.0 / self.from_specific,
+            kelvin: self.kelvin,
+        }
     }
 
     /// Writes s = d^(-1/2) and P/d^2 into the particles' records.
@@ -270,7 +325,7 @@ impl Thermal {
                 position[3] = 1.0 / d.sqrt();
                 let pressure = self
                     .eos
-                    .pressure(d * self.to_density, self.temperature(heat));
+                    .pressure(d * self.to_density, heat / self.from_specific);
                 velocity[3] = pressure * self.from_pressure / (d * d);
             });
     }
@@ -291,8 +346,7 @@ impl Thermal {
             .zip(particles.density.par_iter())
             .with_min_len(GRAIN)
             .for_each(|(((entropy, energy), &heat), &d)| {
-                let rho = d * self.to_density;
-                *entropy = self.eos.entropy(rho, self.temperature(heat));
+                *entropy = self.entropy(d, heat);
                 *energy = self.cold(d) + heat;
             });
     }
@@ -306,7 +360,9 @@ impl Thermal {
             .zip(particles.density.par_iter())
             .with_min_len(GRAIN)
             .for_each(|((heat, &entropy), &d)| {
-                *heat = self.heat(self.eos.temperature(d * self.to_density, entropy));
+                let guess = *heat / self.from_specific;
+                let rho = d * self.to_density;
+                *heat = self.eos.heat_at_entropy(rho, entropy, guess) * self.from_specific;
             });
     }
 
@@ -355,6 +411,22 @@ impl Thermal {
         self.accounts.body_work += sum(&self.input);
     }
 
+    /// Brings the factors of eta and kappa up to date.
+    pub fn renew_factors(&mut self, particles: &Particles) {
+        let mut factors = std::mem::take(&mut self.factors);
+        let heat = &particles.scalars[self.fields.heat].values;
+        factors
+            .par_iter_mut()
+            .zip(heat.par_iter())
+            .zip(particles.density.par_iter())
+            .with_min_len(GRAIN)
+            .for_each(|((factors, &heat), &d)| {
+                let temperature = self.temperature(d, heat) / self.kelvin;
+                *factors = self.pair.factors(temperature);
+            });
+        self.factors = factors;
+    }
+
     /// Counts what the sweep just done did not do.
     pub fn count_refused(&mut self) {
         self.accounts.refused += self.refused.iter().sum::<u64>();
@@ -369,7 +441,8 @@ impl Thermal {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        8 * (self.unbooked.capacity() + self.input.capacity() + self.refused.capacity())
+        let pairs = 2 * self.factors.capacity();
+        8 * (self.unbooked.capacity() + self.input.capacity() + self.refused.capacity() + pairs)
     }
 }
 

@@ -289,7 +289,7 @@ class _Content:
                 f"it holds {self.header['particles']} particles, its scene {self.scene.n_particles}"
             )
         expected = {**self.scene.core_arguments(), "integrator": self.integrator.name}
-        expected = integrators.with_books(expected, self.integrator)
+        expected = integrators.with_integrator(expected, self.integrator)
         for name, value in _written(expected).items():
             its = self.header["settings"].get(name)
             if not _agree(its, value):

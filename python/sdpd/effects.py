@@ -228,7 +228,7 @@ class Effects:
             for name in _THERMAL:
                 if getattr(self, name):
                     raise ValueError(f"`effects.{name}` must not be True without energy")
-            return dict.fromkeys(("energy", *_THERMAL), False)
+            return dict.fromkeys(("energy", *_THERMAL, "variable_heat_capacity"), False)
         if fluid.heat_capacity is None:
             raise ValueError("`effects.energy` must be False as `fluid.heat_capacity` is None")
         heating = dissipation if self.viscous_heating is None else self.viscous_heating
@@ -255,6 +255,7 @@ class Effects:
             "viscous_heating": heating,
             "conduction": conduction,
             "variable_transport": variable,
+            "variable_heat_capacity": not fluid.equation_of_state.constant_heat_capacity,
         }
 
     def _central(self, fluid: Fluid, limit: float) -> tuple[bool, float]:
@@ -280,6 +281,8 @@ class ActiveEffects:
     ----------
     effective_bulk_viscosity : float
         zeta that acts [as eta].
+    variable_heat_capacity : bool
+        Whether the heat capacity follows temperature and density, as the equation of state says.
     """
 
     fluctuations: bool
@@ -292,18 +295,22 @@ class ActiveEffects:
     viscous_heating: bool = False
     conduction: bool = False
     variable_transport: bool = False
+    variable_heat_capacity: bool = False
 
     @property
     def exchanges(self) -> str:
         """What exchanges energy, as the core names it; "none" for an isothermal fluid."""
         if not self.energy:
             return "none"
-        variable = "_variable" if self.variable_transport else ""
+        kind = "_variable" if self.variable_transport else ""
+        if self.variable_heat_capacity:
+            kind = "_general"
         if not self.dissipation:
-            return f"conduction{variable}" if self.conduction else "adiabatic"
+            return f"conduction{kind}" if self.conduction else "adiabatic"
         if not self.viscous_heating:
-            return "bath_conduction" if self.conduction else "bath"
-        return ("full" if self.conduction else "heating") + variable
+            bath = "_general" if self.variable_heat_capacity else ""
+            return ("bath_conduction" if self.conduction else "bath") + bath
+        return ("full" if self.conduction else "heating") + kind
 
     def __str__(self) -> str:
         names: tuple[str, ...] = (

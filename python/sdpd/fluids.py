@@ -52,7 +52,7 @@ class Fluid:
     thermal_conductivity : float, optional
         kappa; tells how strong viscous heating is.
     heat_capacity : float, optional
-        c_v [energy/(mass temperature)].
+        c_v [energy/(mass temperature)]. An `sdpd.eos.EnergyTable` tells it itself.
     thermal_expansion : float
         alpha = -(1/rho) drho/dT at constant pressure [1/temperature]: how the pressure of a liquid
         with an energy goes with its temperature, dP/dT = alpha rho c^2. (Of an ideal gas it is 1/T
@@ -106,11 +106,26 @@ class Fluid:
             raise TypeError(
                 f"`equation_of_state` must be {expected}, got {self.equation_of_state!r}"
             )
+        self._adopt_heat_capacity()
         if self.dimension is not None:
             dimension = validation.integer("dimension", self.dimension, minimum=2, maximum=3)
             object.__setattr__(self, "dimension", dimension)
         validation.text("name", self.name)
         validation.text("source", self.source)
+
+    def _adopt_heat_capacity(self) -> None:
+        """An equation of state that tells the heat capacity has the last word."""
+        law = self.equation_of_state.of_fluid(self)
+        object.__setattr__(self, "equation_of_state", law)
+        capacity = law.heat_capacity(self.density, self.temperature)
+        if capacity is None:
+            return
+        if self.thermal_expansion != 0.0:
+            raise ValueError(
+                f"`thermal_expansion` must be 0 with {type(law).__name__}, which has its own, got "
+                f"{self.thermal_expansion:g}"
+            )
+        object.__setattr__(self, "heat_capacity", capacity)
 
     @property
     def thermal_energy(self) -> float:

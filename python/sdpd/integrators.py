@@ -60,6 +60,11 @@ class PairSplitting(Integrator):
         Where particles have an energy: take the work of the pressure pair by pair off their
         energies, so that the total energy holds to rounding. Without it every particle moves on its
         adiabat, which costs two sweeps less, and the energy drifts upward.
+    metropolis : bool
+        Where particles have an energy and there are no walls: accept or reject the exchange of each
+        pair, so that the equilibrium of the exchanges is exact at any step, also where particles
+        have heat capacities of a few k_B. It costs more than twice as much; without it the
+        temperature is right within 0.1 % and its variance within 0.3 % down to 5 k_B.
     """
 
     name: ClassVar[str] = "pair_splitting"
@@ -67,19 +72,49 @@ class PairSplitting(Integrator):
 
     noise: str = "gaussian"
     energy_bookkeeping: bool = True
+    metropolis: bool = False
 
     def __post_init__(self) -> None:
         books = validation.boolean("energy_bookkeeping", self.energy_bookkeeping)
         object.__setattr__(self, "energy_bookkeeping", books)
+        metropolis = validation.boolean("metropolis", self.metropolis)
+        object.__setattr__(self, "metropolis", metropolis)
         validation.choice("noise", self.noise, ("gaussian",))
 
 
-def with_books(settings: dict[str, Any], integrator: Integrator) -> dict[str, Any]:
-    """Settings of the core with the integrator's word on how energies are kept."""
+def with_integrator(settings: dict[str, Any], integrator: Integrator) -> dict[str, Any]:
+    """Settings of the core with the integrator's word on how energies are kept and exchanged.
+
+    Raises
+    ------
+    ValueError
+        If exchanges cannot be accepted or rejected.
+    """
+    metropolis = getattr(integrator, "metropolis", False)
     if "thermal" not in settings:
+        if metropolis:
+            raise ValueError(
+                "`metropolis` must be False where particles have no energy: the exchanges of an "
+                "isothermal fluid are exact"
+            )
         return settings
     books = getattr(integrator, "energy_bookkeeping", True)
-    return {**settings, "thermal": {**settings["thermal"], "bookkeeping": books}}
+    settings = {**settings, "thermal": {**settings["thermal"], "bookkeeping": books}}
+    if metropolis:
+        settings["exchanges"] = _metropolis(settings)
+    return settings
+
+
+def _metropolis(settings: dict[str, Any]) -> str:
+    """Name of the exchanges with acceptance."""
+    base = settings["exchanges"].removesuffix("_variable").removesuffix("_general")
+    if settings.get("noise") == "none" or base == "adiabatic":
+        raise ValueError("`metropolis` must be False without fluctuations")
+    if base.startswith("bath"):
+        raise ValueError("`metropolis` must be False without viscous heating")
+    if settings.get("walls"):
+        raise ValueError("`metropolis` must be False where there are walls")
+    return f"{base}_metropolis"
 
 
 INTEGRATORS: dict[str, type[Integrator]] = {

@@ -145,7 +145,7 @@ class Simulation(Particles):
             "seed": seed,
             "skin": skin,
         }
-        settings = integrators.with_books(settings, chosen)
+        settings = integrators.with_integrator(settings, chosen)
         heat = initial.temperatures(scene, temperatures)
         core = _new_core(points, speeds, settings, threads, heat)
         _check_skin(core, skin)

@@ -80,6 +80,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
     fn exchange(&self, engine: &mut Engine, t: f64, started: u64, direction: Direction) {
         let draw = u8::from(direction == Direction::Backward);
         let key = SweepKey::new(engine.seed, Stream::PairThermal, started, draw);
+        let chances = SweepKey::new(engine.seed, Stream::PairAcceptance, started, draw);
         let Engine {
             particles,
             grid,
@@ -102,6 +103,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
             exchange: thermal.pair.exchange(t),
             time: t,
             key,
+            chances,
             direction,
         };
         thermal_exchange::<X, V, D>(particles, walls, thermal, &sweep, tally.as_mut());

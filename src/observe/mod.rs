@@ -66,7 +66,7 @@ impl View<'_> {
     pub fn temperature(&self, slot: usize) -> Option<f64> {
         let thermal = self.thermal?;
         let heat = self.particles.scalars[thermal.fields.heat].values[slot];
-        Some(thermal.temperature(heat))
+        Some(thermal.temperature(self.particles.density[slot], heat))
     }
 
     /// Volume of the box in reduced units.

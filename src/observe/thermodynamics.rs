@@ -89,7 +89,7 @@ impl Observer for Thermodynamics {
                 Some(thermal) => {
                     let heat = particles.scalars[thermal.fields.heat].values[slot];
                     potential += thermal.internal_energy(density, heat);
-                    let t = thermal.temperature(heat);
+                    let t = thermal.temperature(density, heat);
                     warmth += t;
                     warmth_square += t * t;
                 }

@@ -8,6 +8,8 @@ pub use friction::{
     PairFriction, WallGrip,
 };
 pub use thermal::{
-    Adiabatic, Bath, BathAndConduction, Conduction, ConductionVariable, Exchanges, FrictionDecay,
-    Full, FullVariable, HeatDecay, Heating, HeatingVariable, PairThermal, ThermalExchange,
+    Adiabatic, Bath, BathAndConduction, BathAndConductionGeneral, BathGeneral, Conduction,
+    ConductionGeneral, ConductionMetropolis, ConductionVariable, Ends, Exchanges, FrictionDecay,
+    Full, FullGeneral, FullMetropolis, FullVariable, HeatDecay, Heating, HeatingGeneral,
+    HeatingMetropolis, HeatingVariable, PairThermal, Power, ThermalExchange,
 };

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 
 use super::arrays::Column;
 use super::errors::to_python;
+use crate::error::Result;
 use crate::simulation::Engine;
 use crate::thermal::Thermal;
 
@@ -216,7 +217,7 @@ impl Columns {
                 let row = particles.row[slot] as usize;
                 let heat = heat_of(engine, thermal, slot);
                 let [energy, entropy] = thermal.energy_and_entropy(particles.density[slot], heat);
-                temperatures[row] = thermal.temperature(heat);
+                temperatures[row] = thermal.temperature(particles.density[slot], heat);
                 energies[row] = energy * units.energy();
                 entropies[row] = entropy * boltzmann;
             }
@@ -246,10 +247,14 @@ impl Columns {
             }
             check_inside(py, engine, &places)?;
         }
+        let mut heated = vec![false; self.n];
         for change in changes {
             self.take_over(py, engine, &change);
+            heated[change.row] = change.heated;
         }
         engine.renew(lists).map_err(|e| to_python(py, &e))?;
+        self.settle(py, engine, &heated)
+            .map_err(|e| to_python(py, &e))?;
         self.export(py, engine);
         Ok(())
     }
@@ -268,7 +273,8 @@ impl Columns {
             let pushed =
                 (0..d).any(|a| velocities[row * d + a] != velocity[a] * engine.units.velocity);
             let heated = thermal.is_some_and(|(columns, thermal)| {
-                let exported = thermal.temperature(heat_of(engine, thermal, slot));
+                let density = engine.particles.density[slot];
+                let exported = thermal.temperature(density, heat_of(engine, thermal, slot));
                 columns.temperatures.elements(py)[row] != exported
             });
             if moved || pushed || heated {
@@ -310,9 +316,29 @@ impl Columns {
         }
     }
 
+    /// Where the heat capacity follows the density, temperatures of the user (by row) mean thermal
+    /// energies only once the densities are those of his positions.
+    pub fn settle(&self, py: Python<'_>, engine: &mut Engine, heated: &[bool]) -> Result<()> {
+        match &engine.thermal {
+            Some(thermal) if !thermal.heat_capacity_is_constant() => {}
+            _ => return Ok(()),
+        }
+        if !heated.contains(&true) {
+            return Ok(());
+        }
+        for slot in 0..self.n {
+            let row = engine.particles.row[slot] as usize;
+            if heated[row] {
+                self.take_temperature(py, engine, slot, row);
+            }
+        }
+        engine.renew(false)
+    }
+
     fn take_temperature(&self, py: Python<'_>, engine: &mut Engine, slot: usize, row: usize) {
         if let (Some(columns), Some(thermal)) = (&self.thermal, &engine.thermal) {
-            let heat = thermal.heat(columns.temperatures.elements(py)[row]);
+            let d = engine.particles.density[slot];
+            let heat = thermal.heat(d, columns.temperatures.elements(py)[row]);
             engine.particles.scalars[thermal.fields.heat].values[slot] = heat;
         }
     }

@@ -71,7 +71,16 @@ fn set_temperatures(
         (Some(thermal), Some(values)) if values.as_array().len() == n => {
             let values: Vec<f64> = values.as_array().iter().copied().collect();
             check_temperatures(&values)?;
-            let heat = values.iter().map(|&t| thermal.heat(t)).collect();
+            let rho = n as f64
+                / engine.cell.edges[..engine.dimension]
+                    .iter()
+                    .product::<f64>();
+            let particles = &engine.particles;
+            let heat = particles.row.iter().zip(&particles.density);
+            // Before the first sum there is no density but that of the box.
+            let heat = heat
+                .map(|(&row, &d)| thermal.heat(if d > 0.0 { d } else { rho }, values[row as usize]))
+                .collect();
             let field = thermal.fields.heat;
             engine.particles.scalars[field].values = heat;
             Ok(())
@@ -225,6 +234,15 @@ impl Core {
         set_temperatures(&mut engine, temperatures.as_ref())?;
         py.detach(|| engine.renew(true))
             .map_err(|e| to_python(py, &e))?;
+        if engine
+            .thermal
+            .as_ref()
+            .is_some_and(|it| !it.heat_capacity_is_constant())
+        {
+            set_temperatures(&mut engine, temperatures.as_ref())?;
+            py.detach(|| engine.renew(false))
+                .map_err(|e| to_python(py, &e))?;
+        }
         let columns = Columns::new(py, &engine)?;
         let core = Self {
             engine: Mutex::new(engine),
@@ -323,6 +341,7 @@ impl Core {
                 engine.set_clock(clock, step);
                 // The exported state was good, so this cannot fail; if it does, the next run says so.
                 let _ = engine.renew(true);
+                let _ = self.columns.settle(py, &mut engine, &vec![true; self.n]);
                 Err(to_python(py, &error))
             }
         }

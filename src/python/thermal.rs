@@ -39,8 +39,8 @@ impl ThermalArguments {
 
 type Values<'py> = Bound<'py, PyArray1<f64>>;
 
-/// Pressure, energy and entropy per mass, and the squares of the isothermal and the adiabatic speed
-/// of sound, at densities and temperatures of equal length.
+/// Pressure, energy and entropy per mass, the squares of the isothermal and the adiabatic speed of
+/// sound, and the heat capacity per mass, at densities and temperatures of equal length.
 #[pyfunction]
 #[allow(clippy::type_complexity)]
 fn caloric_evaluate<'py>(
@@ -49,6 +49,7 @@ fn caloric_evaluate<'py>(
     densities: PyReadonlyArray1<'py, f64>,
     temperatures: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<(
+    Values<'py>,
     Values<'py>,
     Values<'py>,
     Values<'py>,
@@ -68,16 +69,17 @@ fn caloric_evaluate<'py>(
         let values: Vec<f64> = rho
             .iter()
             .zip(t.iter())
-            .map(|(&rho, &t)| f(rho, t))
+            .map(|(&rho, &t)| f(rho, law.heat(rho, t)))
             .collect();
         values.into_pyarray(py)
     };
     Ok((
-        each(&|rho, t| law.pressure(rho, t)),
-        each(&|rho, t| law.energy(rho, t)),
-        each(&|rho, t| law.entropy(rho, t)),
-        each(&|rho, t| law.isothermal_slope(rho, t)),
-        each(&|rho, t| law.adiabatic_slope(rho, t)),
+        each(&|rho, heat| law.pressure(rho, heat)),
+        each(&|rho, heat| law.cold_energy(rho) + heat),
+        each(&|rho, heat| law.entropy(rho, heat)),
+        each(&|rho, heat| law.slopes(rho, heat)[0]),
+        each(&|rho, heat| law.slopes(rho, heat)[1]),
+        each(&|rho, heat| law.temperature_and_capacity(rho, heat)[1]),
     ))
 }
 

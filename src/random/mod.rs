@@ -9,7 +9,7 @@ mod variates;
 pub use elementary::{ROUNDER, cos_sin_turn, expm1_negative};
 pub use philox::{philox4x32, philox4x32_lanes};
 pub use sequence::Sequence;
-pub use variates::{Gaussian, Silent, Uniform, Variate};
+pub use variates::{Gaussian, Silent, Uniform, Variate, unit_interval};
 
 /// Every use of random numbers has its own stream; two uses can never share a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +21,8 @@ pub enum Stream {
     PairExchange = 2,
     /// Exchange of momentum and heat of the thermal splitting.
     PairThermal = 5,
+    /// Acceptance of those exchanges.
+    PairAcceptance = 6,
     /// Initial velocities.
     InitialVelocity = 3,
     /// Initial positions.
@@ -34,6 +36,7 @@ impl Stream {
             "pair_force" => Self::PairForce,
             "pair_exchange" => Self::PairExchange,
             "pair_thermal" => Self::PairThermal,
+            "pair_acceptance" => Self::PairAcceptance,
             "initial_velocity" => Self::InitialVelocity,
             "initial_position" => Self::InitialPosition,
             _ => return None,

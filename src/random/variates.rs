@@ -5,6 +5,12 @@ use super::elementary::{cos_sin_turn, from_integer, ln_unit};
 
 const SCALE: f64 = 1.0 / 4_294_967_296.0;
 
+/// A number in (0, 1) from a word.
+#[inline(always)]
+pub fn unit_interval(word: u64) -> f64 {
+    (from_integer(word) + 0.5) * SCALE
+}
+
 /// How the random force of a pair is distributed.
 pub trait Variate: Copy + Send + Sync + 'static {
     /// Name in the registry.
@@ -40,7 +46,7 @@ pub struct Gaussian;
 
 #[inline(always)]
 fn box_muller(a: u64, b: u64) -> (f64, f64) {
-    let radius = (-2.0 * ln_unit((from_integer(a) + 0.5) * SCALE)).sqrt();
+    let radius = (-2.0 * ln_unit(unit_interval(a))).sqrt();
     let (c, s) = cos_sin_turn(from_integer(b) * SCALE);
     (radius * c, radius * s)
 }

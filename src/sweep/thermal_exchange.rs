@@ -1,18 +1,20 @@
 //! The pair sweep of the thermal splitting: friction, heating and conduction of each pair solved one
 //! after the other, positions frozen (physics/thermal.rs). Forward: friction, then conduction; a
 //! backward sweep is the same from its end. What depends on positions alone is computed for a chunk
-//! at once, and so are the decays where the coefficients are constants.
+//! at once, and so are the decays; where coefficients follow the temperature those are brought up to
+//! date from what they were at the start of the sweep.
 
 use std::marker::PhantomData;
 
+use super::pair_state::Energies;
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wall_thermal::WallRounds;
 use super::{CHUNK, Direction, Shared, Task, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
-use crate::physics::{Exchanges, FrictionDecay, HeatDecay, ThermalExchange};
-use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::physics::{Ends, Exchanges, FrictionDecay, HeatDecay, ThermalExchange};
+use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes, unit_interval};
 use crate::state::Particles;
 use crate::thermal::Thermal;
 use crate::wall::Walls;
@@ -53,6 +55,8 @@ struct Lanes {
     r2: [f64; CHUNK],
     inverse_r2: [f64; CHUNK],
     weight: [f64; CHUNK],
+    /// Factors of eta and kappa at the start of the sweep, then the weights with them.
+    early: [[f64; CHUNK]; 2],
     low: [u64; CHUNK],
     high: [u64; CHUNK],
     sign: [f64; CHUNK],
@@ -68,12 +72,15 @@ struct ThermalTask<'a, X, V, const D: usize> {
     cell: &'a PeriodicBox,
     position: &'a [[f64; 4]],
     velocity: Shared<'a, [f64; 4]>,
-    energy: Shared<'a, f64>,
+    energies: Energies<'a>,
+    factors: &'a [[f64; 2]],
     refused: Shared<'a, u64>,
     id: &'a [u64],
     slopes: Slopes,
-    exchange: ThermalExchange,
+    exchange: &'a ThermalExchange,
     key: SweepKey,
+    /// Of the numbers that decide about acceptance.
+    chances: SweepKey,
     direction: Direction,
     round: usize,
     number: u32,
@@ -117,6 +124,12 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             }
             lanes.r2[lane] = r2;
             lanes.weight[lane] = a[3] * b[3];
+            if X::VARIABLE && !X::GENERAL {
+                let (f, g) = (&self.factors[i as usize], &self.factors[j as usize]);
+                for n in 0..2 {
+                    lanes.early[n][lane] = 0.5 * (f[n] + g[n]);
+                }
+            }
             if V::ON {
                 let (p, q) = (self.id[i as usize], self.id[j as usize]);
                 [lanes.low[lane], lanes.high[lane]] = pair_counter(p, q);
@@ -147,16 +160,36 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             lanes.inverse_r2[k] = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
             lanes.weight[k] = slope[k] * (weight * weight);
         }
-        if X::FRICTION && !X::VARIABLE {
+        if X::GENERAL {
+            return;
+        }
+        if X::VARIABLE {
             for k in 0..padded(count) {
-                let d = self.exchange.friction::<X>(lanes.weight[k], V::ON);
+                for n in 0..2 {
+                    lanes.early[n][k] *= lanes.weight[k];
+                }
+            }
+        }
+        if X::FRICTION {
+            for k in 0..padded(count) {
+                let weight = if X::VARIABLE {
+                    lanes.early[0][k]
+                } else {
+                    lanes.weight[k]
+                };
+                let d = self.exchange.friction::<X>(weight, V::ON);
                 lanes.friction[0][k] = d.across;
                 lanes.friction[1][k] = d.along;
             }
         }
-        if X::CONDUCTION && !X::VARIABLE {
+        if X::CONDUCTION {
             for k in 0..padded(count) {
-                let d = self.exchange.heat(lanes.weight[k], V::ON);
+                let weight = if X::VARIABLE {
+                    lanes.early[1][k]
+                } else {
+                    lanes.weight[k]
+                };
+                let d = self.exchange.heat(weight, V::ON);
                 lanes.heat[0][k] = d.heat;
                 lanes.heat[1][k] = d.spread;
                 lanes.heat[2][k] = d.loss;
@@ -164,26 +197,53 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         }
     }
 
+    /// The weight of a pair's friction with the factor of eta.
     #[inline(always)]
-    fn friction_decay(&self, lanes: &Lanes, k: usize, e: [f64; 2], square: f64) -> FrictionDecay {
-        let mut g = lanes.weight[k];
-        let early = if X::VARIABLE {
-            g *= self.exchange.viscous_factor(e, square, V::ON);
-            self.exchange.friction::<X>(g, V::ON)
+    fn friction_weight(&self, lanes: &Lanes, k: usize, e: [f64; 2], square: f64) -> f64 {
+        let g = lanes.weight[k];
+        if X::VARIABLE {
+            let slots = lanes.slots[k];
+            g * self.energies.viscous_factor::<X>(slots, e, square, V::ON)
         } else {
-            FrictionDecay {
-                across: lanes.friction[0][k],
-                along: lanes.friction[1][k],
-            }
-        };
-        self.exchange.at_energies::<X>(early, g, e, V::ON)
+            g
+        }
     }
 
     #[inline(always)]
-    fn heat_decay(&self, lanes: &Lanes, k: usize, e: [f64; 2]) -> HeatDecay {
+    fn friction_decay(&self, lanes: &Lanes, k: usize, g: f64, ends: &Ends) -> FrictionDecay {
+        if X::GENERAL {
+            return self.exchange.friction_at::<X>(g, ends, V::ON);
+        }
+        let decay = FrictionDecay {
+            across: lanes.friction[0][k],
+            along: lanes.friction[1][k],
+        };
         if X::VARIABLE {
-            let g = lanes.weight[k] * self.exchange.conductive_factor(e);
-            return self.exchange.heat(g, V::ON);
+            let early = lanes.early[0][k];
+            return self.exchange.at_weight::<X>(decay, early, g, ends, V::ON);
+        }
+        self.exchange.at_energies::<X>(decay, g, ends, V::ON)
+    }
+
+    /// The weight of a pair's conduction with the factor of kappa.
+    #[inline(always)]
+    fn heat_weight(&self, lanes: &Lanes, k: usize, e: [f64; 2]) -> f64 {
+        let g = lanes.weight[k];
+        if X::VARIABLE {
+            g * self.energies.conductive_factor::<X>(lanes.slots[k], e)
+        } else {
+            g
+        }
+    }
+
+    #[inline(always)]
+    fn heat_decay(&self, lanes: &Lanes, k: usize, g: f64, ends: &Ends) -> HeatDecay {
+        if X::GENERAL {
+            return self.exchange.heat_at(g, ends, V::ON);
+        }
+        if X::VARIABLE {
+            let (decay, early) = (lanes.heat[0][k], lanes.early[1][k]);
+            return self.exchange.heat_at_weight(decay, early, g, V::ON);
         }
         HeatDecay {
             heat: lanes.heat[0][k],
@@ -200,8 +260,8 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             (
                 self.velocity.slot(i),
                 self.velocity.slot(j),
-                self.energy.slot(i),
-                self.energy.slot(j),
+                self.energies.heat.slot(i),
+                self.energies.heat.slot(j),
             )
         };
         let e = [*ei, *ej];
@@ -211,12 +271,14 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             approach += lanes.r[a][k] * u[a];
             square += u[a] * u[a];
         }
-        let d = self.friction_decay(lanes, k, e, square);
+        let ends = self.energies.ends::<X>([i, j], e);
+        let g = self.friction_weight(lanes, k, e, square);
+        let d = self.friction_decay(lanes, k, g, &ends);
         let inverse = lanes.inverse_r2[k];
         let along = 0.5 * (d.along - d.across) * inverse * approach;
         let (mut strength, mut excess) = (0.0, 0.0);
         if V::ON {
-            let width = 0.5 * self.exchange.width::<X>(e);
+            let width = 0.5 * ends.width::<X>();
             let root = |m: f64| (-m * (2.0 + m)).sqrt();
             let [spread_across, spread_along] = [root(d.across), root(d.along)];
             strength = width * spread_across;
@@ -241,6 +303,22 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 change.random = [0.0; 3];
                 return;
             }
+            if X::METROPOLIS {
+                let after = [e[0] + gain, e[1] + gain];
+                let then = self.energies.ends::<X>([i, j], after);
+                let axis = [0, 1, 2].map(|a| lanes.r[a][k] * inverse.sqrt());
+                let moved = [0, 1, 2].map(|a| u[a] + 2.0 * dv[a]);
+                let propose = |ends, from, to| {
+                    self.exchange
+                        .friction_proposal::<X>(g, ends, axis, from, to)
+                };
+                let ratio = propose(&then, moved, u) - propose(&ends, u, moved);
+                if !self.accepts(lanes, k, 0, [e, after], ratio) {
+                    change.refused += 1;
+                    change.random = [0.0; 3];
+                    return;
+                }
+            }
             *ei = e[0] + gain;
             *ej = e[1] + gain;
         }
@@ -255,13 +333,51 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
     fn conduction(&self, lanes: &Lanes, k: usize, change: &mut Change) {
         let [i, j] = lanes.slots[k];
         // SAFETY: blocks of one colour share no particle, and i != j.
-        let (ei, ej) = unsafe { (self.energy.slot(i), self.energy.slot(j)) };
+        let (ei, ej) = unsafe { (self.energies.heat.slot(i), self.energies.heat.slot(j)) };
         let e = [*ei, *ej];
-        let d = self.heat_decay(lanes, k, e);
-        match self.exchange.conduct(e, &d, lanes.xi[3][k], V::ON) {
-            Some(after) => [*ei, *ej] = after,
-            None => change.refused += 1,
+        let ends = self.energies.ends::<X>([i, j], e);
+        let g = self.heat_weight(lanes, k, e);
+        let d = self.heat_decay(lanes, k, g, &ends);
+        let gain = ends.conduct(&d, lanes.xi[3][k], V::ON);
+        let after = [e[0] + gain, e[1] - gain];
+        if !(after[0] > 0.0 && after[1] > 0.0) {
+            change.refused += 1;
+            return;
         }
+        if X::METROPOLIS {
+            let then = self.energies.ends::<X>([i, j], after);
+            let ratio = self.exchange.heat_proposal(g, &then, -gain)
+                - self.exchange.heat_proposal(g, &ends, gain);
+            if !self.accepts(lanes, k, 1, [e, after], ratio) {
+                change.refused += 1;
+                return;
+            }
+        }
+        [*ei, *ej] = after;
+    }
+
+    /// Is an update of the energies accepted? `ratio`: ln of the density of the proposal back over
+    /// that of the one there; `which` of the two exchanges of the pair it is.
+    fn accepts(
+        &self,
+        lanes: &Lanes,
+        k: usize,
+        which: usize,
+        energies: [[f64; 2]; 2],
+        ratio: f64,
+    ) -> bool {
+        let [before, after] = energies.map(|e| {
+            let [i, j] = lanes.slots[k];
+            self.energies.states.weight(i, e[0]) + self.energies.states.weight(j, e[1])
+        });
+        let counter = [
+            lanes.low[k],
+            lanes.high[k],
+            self.chances.tail[0],
+            self.chances.tail[1],
+        ];
+        let word = philox4x32_lanes(counter, self.chances.key)[which];
+        unit_interval(word).ln() < after - before + ratio
     }
 
     /// One pair.
@@ -354,6 +470,7 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ThermalTask<'_, X, V, D>
             r2: zero,
             inverse_r2: zero,
             weight: zero,
+            early: [zero; 2],
             low: [0; CHUNK],
             high: [0; CHUNK],
             sign: zero,
@@ -398,6 +515,8 @@ pub struct ThermalSweep<'a> {
     pub time: f64,
     /// Of the noise.
     pub key: SweepKey,
+    /// Of the numbers that decide about acceptance.
+    pub chances: SweepKey,
     /// Order of the sweep.
     pub direction: Direction,
 }
@@ -412,6 +531,9 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
     mut tally: Option<&mut Tally>,
 ) {
     let sums = tally.as_deref_mut().map(Tally::begin);
+    if X::VARIABLE && !X::GENERAL {
+        thermal.renew_factors(particles);
+    }
     let mut along = WallRounds::begin(walls);
     let backward = sweep.direction == Direction::Backward;
     // Given heat comes last, and backward first.
@@ -450,28 +572,38 @@ fn pairs<X: Exchanges, V: Variate, const D: usize>(
     round: usize,
     tally: Option<BlockSums<'_>>,
 ) {
-    let velocity = Shared::new(&mut particles.velocity);
-    let energy = Shared::new(&mut particles.scalars[thermal.fields.heat].values);
-    let refused = Shared::new(&mut thermal.refused);
-    let (position, id) = (&particles.position, &particles.id);
-    let backward = sweep.direction == Direction::Backward;
-    for_each_block(sweep.grid, sweep.list, backward, &|number, block| {
-        run_wide(ThermalTask::<X, V, D> {
-            block,
-            cell: sweep.cell,
-            position,
-            velocity,
-            energy,
-            refused,
-            id,
-            slopes: sweep.slopes,
-            exchange: sweep.exchange,
-            key: sweep.key,
-            direction: sweep.direction,
-            round,
-            number,
-            tally,
-            form: PhantomData,
+    let mut refused = std::mem::take(&mut thermal.refused);
+    {
+        let counts = Shared::new(&mut refused);
+        let velocity = Shared::new(&mut particles.velocity);
+        let energies = Energies {
+            heat: Shared::new(&mut particles.scalars[thermal.fields.heat].values),
+            states: thermal.states(&particles.density),
+            exchange: &sweep.exchange,
+        };
+        let (position, id) = (&particles.position, &particles.id);
+        let backward = sweep.direction == Direction::Backward;
+        for_each_block(sweep.grid, sweep.list, backward, &|number, block| {
+            run_wide(ThermalTask::<X, V, D> {
+                block,
+                cell: sweep.cell,
+                position,
+                velocity,
+                energies,
+                factors: &thermal.factors,
+                refused: counts,
+                id,
+                slopes: sweep.slopes,
+                exchange: &sweep.exchange,
+                key: sweep.key,
+                chances: sweep.chances,
+                direction: sweep.direction,
+                round,
+                number,
+                tally,
+                form: PhantomData,
+            });
         });
-    });
+    }
+    thermal.refused = refused;
 }

@@ -6,6 +6,7 @@ use std::marker::PhantomData;
 
 use rayon::prelude::*;
 
+use super::pair_state::Energies;
 use super::thermal_exchange::ThermalSweep;
 use super::wall::{Scenery, collect, dot, for_each_links, for_each_near};
 use super::{Direction, Shared};
@@ -85,10 +86,10 @@ struct WallTask<'a, X, V, const D: usize> {
     heat: &'a [WallHeat],
     position: &'a [[f64; 4]],
     velocity: Shared<'a, [f64; 4]>,
-    energy: Shared<'a, f64>,
+    energies: Energies<'a>,
     id: &'a [u64],
     slope: fn(f64) -> f64,
-    exchange: ThermalExchange,
+    exchange: &'a ThermalExchange,
     key: SweepKey,
     form: PhantomData<(X, V)>,
 }
@@ -176,14 +177,18 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
         }
         let u = self.relative(view, odd);
         // SAFETY: as above.
-        let e = unsafe { [*self.energy.slot(i), *self.energy.slot(j)] };
+        let e = unsafe { [*self.energies.heat.slot(i), *self.energies.heat.slot(j)] };
         let mut noise = [xi[0], xi[1], xi[2]];
         for a in D..3 {
             noise[a] = 0.0;
         }
-        let change =
-            self.exchange
-                .link::<X>(self.g(view), &view.axes, u, e, V::ON.then_some(noise), own);
+        let mut g = self.g(view);
+        if X::VARIABLE {
+            g *= self.viscous_factor(view, e, u);
+        }
+        let ends = self.energies.ends::<X>([i, j], e);
+        let xi = V::ON.then_some(noise);
+        let change = self.exchange.link::<X>(g, &view.axes, u, &ends, xi, own);
         // u^2/4 is the energy of a link's relative motion, u^2/2 that of one particle.
         let part = if own { 0.5 } else { 0.125 };
         let gain: f64 = -part
@@ -209,9 +214,9 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
                 }
             }
             if X::HEATING {
-                *self.energy.slot(i) += gain;
+                *self.energies.heat.slot(i) += gain;
                 if !own {
-                    *self.energy.slot(j) += gain;
+                    *self.energies.heat.slot(j) += gain;
                 }
             }
         }
@@ -228,45 +233,67 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
         let [i, j] = view.link.slots;
         let own = i == j;
         // SAFETY: as above.
-        let e = unsafe { [*self.energy.slot(i), *self.energy.slot(j)] };
-        let after = match (self.passage(view), own) {
-            (Passage::Mirror, true) => return,
-            (Passage::Mirror, false) => {
-                let sign = if self.id[i as usize] < self.id[j as usize] {
-                    1.0
-                } else {
-                    -1.0
-                };
-                let factor = if X::VARIABLE {
-                    self.exchange.conductive_factor(e)
-                } else {
-                    1.0
-                };
-                let decays = self.exchange.heat(self.g(view) * factor, V::ON);
-                self.exchange.conduct(e, &decays, sign * xi[3], V::ON)
+        let e = unsafe { [*self.energies.heat.slot(i), *self.energies.heat.slot(j)] };
+        let mut gains = match self.passage(view) {
+            Passage::Mirror if own => return,
+            Passage::Mirror => {
+                let gain = self.mirrored(view, e, xi[3]);
+                [gain, -gain]
             }
-            (Passage::Bath(t), own) => {
-                let after =
-                    self.exchange
-                        .bath::<X>(self.g(view), e, t, V::ON.then_some(xi[3]), own);
-                if let Some(after) = after {
-                    dealt.heat -= after[0] - e[0];
-                    if !own {
-                        dealt.heat -= after[1] - e[1];
-                    }
-                }
-                after
+            Passage::Bath(t) => {
+                let ends = self.energies.ends::<X>([i, j], e);
+                let xi = V::ON.then_some(xi[3]);
+                [self.exchange.bath::<X>(self.g(view), &ends, t, xi, own); 2]
             }
         };
-        match after {
-            None => dealt.refused += 1,
-            // SAFETY: as above.
-            Some(after) => unsafe {
-                *self.energy.slot(i) = after[0];
-                if !own {
-                    *self.energy.slot(j) = after[1];
-                }
-            },
+        if !(e[0] + gains[0] > 0.0 && e[1] + gains[1] > 0.0) {
+            dealt.refused += 1;
+            return;
+        }
+        if own {
+            gains[1] = 0.0;
+        }
+        // What two particles exchange adds up to nothing.
+        dealt.heat -= gains[0] + gains[1];
+        // SAFETY: as above; an own image changes its particle once.
+        unsafe {
+            *self.energies.heat.slot(i) += gains[0];
+            if !own {
+                *self.energies.heat.slot(j) += gains[1];
+            }
+        }
+    }
+
+    /// What the first particle of a link gains by conduction to the image of the second.
+    fn mirrored(&self, view: &View, e: [f64; 2], xi: f64) -> f64 {
+        let [i, j] = view.link.slots;
+        let sign = if self.id[i as usize] < self.id[j as usize] {
+            1.0
+        } else {
+            -1.0
+        };
+        let mut g = self.g(view);
+        if X::VARIABLE {
+            g *= self.energies.conductive_factor::<X>([i, j], e);
+        }
+        let ends = self.energies.ends::<X>([i, j], e);
+        let decay = if X::GENERAL {
+            self.exchange.heat_at(g, &ends, V::ON)
+        } else {
+            self.exchange.heat(g, V::ON)
+        };
+        ends.conduct(&decay, sign * xi, V::ON)
+    }
+
+    /// The factor of eta of a link.
+    fn viscous_factor(&self, view: &View, e: [f64; 2], u: [f64; 3]) -> f64 {
+        let [i, j] = view.link.slots;
+        let square = dot(u, u);
+        if i == j {
+            self.energies
+                .own_viscous_factor::<X>(i, e[0], square, V::ON)
+        } else {
+            self.energies.viscous_factor::<X>([i, j], e, square, V::ON)
         }
     }
 
@@ -339,10 +366,14 @@ impl WallRounds {
             heat: &thermal.walls,
             position: &particles.position,
             velocity: Shared::new(&mut particles.velocity),
-            energy: Shared::new(&mut particles.scalars[thermal.fields.heat].values),
+            energies: Energies {
+                heat: Shared::new(&mut particles.scalars[thermal.fields.heat].values),
+                states: thermal.states(&particles.density),
+                exchange: &sweep.exchange,
+            },
             id: &particles.id,
             slope: sweep.slope,
-            exchange: sweep.exchange,
+            exchange: &sweep.exchange,
             key: sweep.key,
             form: PhantomData,
         };

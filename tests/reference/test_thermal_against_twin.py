@@ -65,11 +65,12 @@ def test_ideal_gas_by_the_textbook() -> None:
     """Air: gamma = 7/5 and 347 m/s at 300 K; a monatomic gas by Sackur and Tetrode."""
     gas, c_v = 287.0, 717.5
     rho, t = np.array([1.0, 1.2, 0.3]), np.array([300.0, 350.0, 300.0])
-    p, e, s, slow, fast = _core.caloric_evaluate(("ideal_gas", [gas, c_v, 0.0], ""), rho, t)
+    p, e, s, slow, fast, capacity = _core.caloric_evaluate(("ideal_gas", [gas, c_v, 0.0], ""), rho, t)
     np.testing.assert_allclose(p, [86100.0, 120540.0, 25830.0], rtol=1e-14)
     np.testing.assert_allclose(e, [215250.0, 251125.0, 215250.0], rtol=1e-14)
     np.testing.assert_allclose(slow, gas * t, rtol=1e-14)
     np.testing.assert_allclose(fast, 1.4 * gas * t, rtol=1e-14)
+    np.testing.assert_allclose(capacity, c_v, rtol=1e-15)
     # from state 0 to 1 and 2: c_v ln(T/T') + R ln(rho'/rho)
     assert s[1] - s[0] == pytest.approx(717.5 * np.log(350 / 300) - 287 * np.log(1.2), rel=1e-11)
     assert s[2] - s[0] == pytest.approx(287.0 * np.log(1.0 / 0.3), rel=1e-11)
@@ -80,7 +81,7 @@ def test_caloric_equations_of_state(kind: str) -> None:
     law = caloric(kind, 25.0)
     rho, t = (x.ravel() for x in np.meshgrid([0.7, 0.95, 1.0, 1.3], [0.5, 1.1, 2.3]))
     arguments = (law.kind, law.parameters, law.isotherm)
-    p, e, s, slow, fast = _core.caloric_evaluate(arguments, rho, t)
+    p, e, s, slow, fast, capacity = _core.caloric_evaluate(arguments, rho, t)
     np.testing.assert_allclose(p, law.pressure(rho, t), rtol=1e-12, atol=1e-12)
     energy = law.cold(rho) + law.heat_capacity * t
     np.testing.assert_allclose(e - e[0], energy - energy[0], rtol=0, atol=1e-11)
@@ -93,6 +94,7 @@ def test_caloric_equations_of_state(kind: str) -> None:
     np.testing.assert_allclose(slow, p_rho, rtol=1e-6)
     mayer = t * p_t**2 / (rho**2 * law.heat_capacity)
     np.testing.assert_allclose(fast - slow, mayer, rtol=1e-8)
+    np.testing.assert_allclose(capacity, law.heat_capacity, rtol=1e-15)
 
 
 def scaled(system: ThermalSystem, length: float, mass: float, time: float) -> ThermalSystem:

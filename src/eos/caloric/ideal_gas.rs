@@ -1,7 +1,7 @@
 //! An ideal gas of any gamma: P = rho R T, e = c_v T, gamma = 1 + R/c_v. With c_v = 3 R/2 and the
 //! constant of Sackur and Tetrode it is the monatomic gas of Yang 2.45 to 2.49.
 
-use super::{Caloric, Cold, Hot};
+use super::{Cold, ConstantCapacity, Hot};
 
 /// An ideal gas.
 #[derive(Debug, Clone)]
@@ -14,7 +14,7 @@ pub struct IdealGas {
     pub entropy_constant: f64,
 }
 
-impl Caloric for IdealGas {
+impl ConstantCapacity for IdealGas {
     fn heat_capacity(&self) -> f64 {
         self.heat_capacity
     }

@@ -3,7 +3,7 @@
 //! E(N, V, S) with given c_v, kappa_T and alpha; beyond that T stays positive and c_v constant.
 
 use super::super::EquationOfState;
-use super::{Caloric, Cold, Hot};
+use super::{Cold, ConstantCapacity, Hot};
 
 /// A liquid.
 pub struct Liquid {
@@ -18,7 +18,7 @@ pub struct Liquid {
     pub isotherm: Box<dyn EquationOfState>,
 }
 
-impl Caloric for Liquid {
+impl ConstantCapacity for Liquid {
     fn heat_capacity(&self) -> f64 {
         self.heat_capacity
     }

@@ -1,17 +1,20 @@
-//! Caloric equations of state: fluids with an energy, in the user's units.
+//! Caloric equations of state: fluids with an energy, in the user's units. Their state is a density and
+//! a thermal energy per mass, the "heat" h: the energy is e = e_c(rho) + h.
 //!
-//! All of them have a constant heat capacity, so pressure and energy are linear in the temperature:
+//! Where the heat capacity is a constant, h = c_v T, and pressure and energy are linear in T:
 //!     P = p_c(rho) + T p_T(rho),   e = e_c(rho) + c_v T,   s = c_v ln T + s_c(rho),
 //! per mass. Thermodynamics asks for de_c/drho = p_c/rho^2 and ds_c/drho = -p_T/rho^2; then
-//! E(N, V, S) of a particle exists, and -dE/dV = P, dE/dS = T.
+//! E(N, V, S) of a particle exists, and -dE/dV = P, dE/dS = T. Any other E(N, V, S) is a `Table`.
 //!
-//! To add one: a file with the two parts below, and a row in `build`.
+//! To add one: a file with the two parts below (or all of `Caloric`), and a row in `build`.
 
 mod ideal_gas;
 mod liquid;
+mod table;
 
 pub use ideal_gas::IdealGas;
 pub use liquid::Liquid;
+pub use table::Table;
 
 use super::expect;
 use crate::error::{Error, Result};
@@ -40,44 +43,72 @@ pub struct Hot {
 }
 
 /// A fluid with an energy and a constant heat capacity.
-pub trait Caloric: Send + Sync {
+pub trait ConstantCapacity: Send + Sync {
     /// c_v `[energy/(mass temperature)]`.
     fn heat_capacity(&self) -> f64;
     /// What does not depend on T.
     fn cold(&self, rho: f64) -> Cold;
     /// What goes with T.
     fn hot(&self, rho: f64) -> Hot;
+}
 
+/// A fluid with an energy.
+pub trait Caloric: Send + Sync {
+    /// c_v `[energy/(mass temperature)]`, if it is a constant: temperatures are then h/c_v.
+    fn constant_heat_capacity(&self) -> Option<f64>;
+    /// e_c: energy per mass without heat, up to a constant.
+    fn cold_energy(&self, rho: f64) -> f64;
+    /// T and c_v.
+    fn temperature_and_capacity(&self, rho: f64, heat: f64) -> [f64; 2];
     /// P.
-    fn pressure(&self, rho: f64, temperature: f64) -> f64 {
-        self.cold(rho).pressure + temperature * self.hot(rho).pressure
-    }
-    /// Energy per mass.
-    fn energy(&self, rho: f64, temperature: f64) -> f64 {
-        self.cold(rho).energy + self.heat_capacity() * temperature
-    }
+    fn pressure(&self, rho: f64, heat: f64) -> f64;
     /// Entropy per mass.
-    fn entropy(&self, rho: f64, temperature: f64) -> f64 {
-        self.heat_capacity() * temperature.ln() + self.hot(rho).entropy
+    fn entropy(&self, rho: f64, heat: f64) -> f64;
+    /// Heat of a temperature.
+    fn heat(&self, rho: f64, temperature: f64) -> f64;
+    /// Heat of an entropy per mass; `guess` is not far from it.
+    fn heat_at_entropy(&self, rho: f64, entropy: f64, guess: f64) -> f64;
+    /// dP/drho at constant temperature, and at constant entropy, which is the square of the speed of
+    /// sound.
+    fn slopes(&self, rho: f64, heat: f64) -> [f64; 2];
+}
+
+impl<F: ConstantCapacity> Caloric for F {
+    fn constant_heat_capacity(&self) -> Option<f64> {
+        Some(self.heat_capacity())
     }
-    /// Temperature at which the entropy per mass is `entropy`.
-    fn temperature(&self, rho: f64, entropy: f64) -> f64 {
-        ((entropy - self.hot(rho).entropy) / self.heat_capacity()).exp()
+    fn cold_energy(&self, rho: f64) -> f64 {
+        self.cold(rho).energy
     }
-    /// dP/drho at constant temperature.
-    fn isothermal_slope(&self, rho: f64, temperature: f64) -> f64 {
-        self.cold(rho).slope + temperature * self.hot(rho).slope
+    fn temperature_and_capacity(&self, _: f64, heat: f64) -> [f64; 2] {
+        [heat / self.heat_capacity(), self.heat_capacity()]
     }
-    /// dP/drho at constant entropy, the square of the speed of sound.
-    fn adiabatic_slope(&self, rho: f64, temperature: f64) -> f64 {
-        let hot = self.hot(rho);
-        let work = hot.pressure / rho;
-        self.cold(rho).slope + temperature * (hot.slope + work * work / self.heat_capacity())
+    fn pressure(&self, rho: f64, heat: f64) -> f64 {
+        self.cold(rho).pressure + heat / self.heat_capacity() * self.hot(rho).pressure
+    }
+    fn entropy(&self, rho: f64, heat: f64) -> f64 {
+        self.heat_capacity() * (heat / self.heat_capacity()).ln() + self.hot(rho).entropy
+    }
+    fn heat(&self, _: f64, temperature: f64) -> f64 {
+        self.heat_capacity() * temperature
+    }
+    fn heat_at_entropy(&self, rho: f64, entropy: f64, _: f64) -> f64 {
+        let capacity = self.heat_capacity();
+        capacity * ((entropy - self.hot(rho).entropy) / capacity).exp()
+    }
+    fn slopes(&self, rho: f64, heat: f64) -> [f64; 2] {
+        let (capacity, hot) = (self.heat_capacity(), self.hot(rho));
+        let (temperature, work) = (heat / capacity, hot.pressure / rho);
+        let isothermal = self.cold(rho).slope + temperature * hot.slope;
+        [
+            isothermal,
+            isothermal + temperature * work * work / capacity,
+        ]
     }
 }
 
 /// Names of all caloric equations of state.
-pub const CALORIC: [&str; 2] = ["ideal_gas", "liquid"];
+pub const CALORIC: [&str; 3] = ["ideal_gas", "liquid", "table"];
 
 /// The caloric equation of state of a name and its parameters; that of a liquid goes on with those
 /// of its isotherm.
@@ -106,6 +137,7 @@ pub fn build(kind: &str, parameters: &[f64], isotherm: &str) -> Result<Box<dyn C
                 isotherm: super::build(isotherm, &p[3..])?,
             })
         }
+        "table" => Box::new(Table::new(p)?),
         other => {
             return Err(Error::Invalid(format!(
                 "`caloric` must be one of {CALORIC:?}, got {other:?}"
@@ -128,6 +160,7 @@ mod tests {
                 "artificial_compressibility",
             )
             .unwrap(),
+            build("table", &table::tests::sample(), "").unwrap(),
         ]
     }
 
@@ -140,21 +173,24 @@ mod tests {
                 for t in [0.5, 1.0, 2.3] {
                     let slope =
                         |f: &dyn Fn(f64) -> f64, x: f64| (f(x + step) - f(x - step)) / (2.0 * step);
-                    let de = slope(&|t| eos.energy(rho, t), t);
-                    let ds = slope(&|t| eos.entropy(rho, t), t);
-                    assert!((de - t * ds).abs() < 1e-8 * de);
-                    let s = eos.entropy(rho, t);
-                    let adiabat = |rho: f64| eos.temperature(rho, s);
-                    assert!((adiabat(rho) - t).abs() < 1e-12);
-                    let de = slope(&|rho| eos.energy(rho, adiabat(rho)), rho);
-                    let p = eos.pressure(rho, t);
-                    assert!((de * rho * rho - p).abs() < 1e-7 * (1.0 + p.abs()));
+                    let heat = eos.heat(rho, t);
+                    let [temperature, capacity] = eos.temperature_and_capacity(rho, heat);
+                    assert!((temperature - t).abs() < 1e-12);
+                    let ds = slope(&|h| eos.entropy(rho, h), heat);
+                    assert!((t * ds - 1.0).abs() < 1e-8);
+                    let dh = slope(&|t| eos.heat(rho, t), t);
+                    assert!((dh - capacity).abs() < 1e-7 * dh);
+                    let s = eos.entropy(rho, heat);
+                    let adiabat = |rho: f64| eos.heat_at_entropy(rho, s, heat);
+                    assert!((adiabat(rho) - heat).abs() < 1e-12 * heat);
+                    let energy = |rho: f64| eos.cold_energy(rho) + adiabat(rho);
+                    let p = eos.pressure(rho, heat);
+                    assert!((slope(&energy, rho) * rho * rho - p).abs() < 1e-7 * (1.0 + p.abs()));
+                    let [isothermal, adiabatic] = eos.slopes(rho, heat);
                     let c2 = slope(&|rho| eos.pressure(rho, adiabat(rho)), rho);
-                    let exact = eos.adiabatic_slope(rho, t);
-                    assert!((c2 - exact).abs() < 1e-6 * exact.abs());
-                    let slow = slope(&|rho| eos.pressure(rho, t), rho);
-                    let exact = eos.isothermal_slope(rho, t);
-                    assert!((slow - exact).abs() < 1e-6 * (1.0 + exact.abs()));
+                    assert!((c2 - adiabatic).abs() < 1e-6 * adiabatic.abs());
+                    let c2 = slope(&|rho| eos.pressure(rho, eos.heat(rho, t)), rho);
+                    assert!((c2 - isothermal).abs() < 1e-6 * (1.0 + isothermal.abs()));
                 }
             }
         }

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,6 +47,7 @@ class EquationOfState:
     kind: ClassVar[str] = ""
     formula: ClassVar[str] = ""
     unused: ClassVar[tuple[str, ...]] = ()
+    constant_heat_capacity: ClassVar[bool] = True
 
     reference_density: float | None = None
     sound_speed: float | None = None
@@ -64,6 +65,14 @@ class EquationOfState:
     def parameters(self, rho0: float, c: float) -> list[float]:
         """Parameters in the order the core expects."""
         raise NotImplementedError
+
+    def of_fluid(self, fluid: Fluid) -> EquationOfState:
+        """The same as the equation of state of that fluid: the isotherm of its temperature."""
+        return self
+
+    def heat_capacity(self, density: float, temperature: float) -> float | None:
+        """c_v [energy/(mass temperature)], where the equation of state and not the fluid tells it."""
+        return None
 
     def core(self, reference_density: float, sound_speed: float) -> tuple[str, list[float]]:
         """Kind and parameters for the core; the object's own rho_0 and c win over the arguments."""
@@ -311,17 +320,3 @@ class Table(EquationOfState):
 
     def parameters(self, rho0: float, c: float) -> list[float]:
         return [*self.densities, *self.pressures]
-
-
-KINDS: dict[str, type[EquationOfState]] = {
-    law.kind: law for law in (ArtificialCompressibility, Linear, Tait, IdealGas, Polynomial, Table)
-}
-
-
-def from_dict(data: dict[str, Any], where: str = "equation_of_state") -> EquationOfState:
-    """The equation of state of ``{"kind": ..., **arguments}``; errors name the key."""
-    from sdpd.toml_io import build
-
-    rest = dict(data)
-    kind = validation.choice(f"{where}.kind", rest.pop("kind", None), list(KINDS))
-    return build(KINDS[kind], rest, where)

@@ -1,0 +1,284 @@
+//! One pair: the decay of its relative velocity and of the difference of its energies.
+
+use super::{Exchanges, ThermalExchange};
+use crate::random::expm1_negative;
+
+/// Two particles as their exchange sees them: energies k T with one heat capacity k for both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ends {
+    /// k T_i and k T_j.
+    pub e: [f64; 2],
+    /// k.
+    pub capacity: f64,
+    /// 1/k.
+    pub inverse_capacity: f64,
+    /// 1/(4 (2 k + 1)).
+    spread: f64,
+}
+
+/// Decay of the relative velocity of one pair, exp(-lam t) - 1.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FrictionDecay {
+    /// Across the line of centres.
+    pub across: f64,
+    /// Along it.
+    pub along: f64,
+}
+
+/// Decay of the difference of energies of one pair.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct HeatDecay {
+    /// exp(-th) - 1.
+    pub heat: f64,
+    /// 1 - q.
+    pub spread: f64,
+    /// q - r^2.
+    pub loss: f64,
+}
+
+impl Ends {
+    /// With the energies `e` at the heat capacity k.
+    #[inline(always)]
+    pub fn new(e: [f64; 2], capacity: f64) -> Self {
+        Self {
+            e,
+            capacity,
+            inverse_capacity: 1.0 / capacity,
+            spread: 0.25 / (2.0 * capacity + 1.0),
+        }
+    }
+
+    /// Of particles with temperatures and heat capacities of their own.
+    #[inline(always)]
+    pub fn of_states(states: [[f64; 2]; 2]) -> Self {
+        let [[t, k], [s, l]] = states;
+        let capacity = 2.0 * k * l / (k + l);
+        Self::new([capacity * t, capacity * s], capacity)
+    }
+
+    /// y^2, y = (T_i - T_j)/(T_i + T_j).
+    #[inline(always)]
+    pub(super) fn spread_of(&self) -> f64 {
+        let y = (self.e[0] - self.e[1]) / (self.e[0] + self.e[1]);
+        y * y
+    }
+
+    /// c, the share of the fluctuations in the friction.
+    #[inline(always)]
+    pub(super) fn share(&self) -> f64 {
+        0.5 * self.inverse_capacity * (1.0 - self.spread_of())
+    }
+
+    /// sqrt(s2), the width of u.
+    #[inline(always)]
+    pub fn width<X: Exchanges>(&self) -> f64 {
+        let (sum, product) = (self.e[0] + self.e[1], self.e[0] * self.e[1]);
+        let reduced = if X::HEATING {
+            self.capacity * sum * sum - 2.0 * product
+        } else {
+            self.capacity * sum * sum
+        };
+        (4.0 * product * sum / reduced).sqrt()
+    }
+
+    /// What conduction adds to the first energy and takes from the second: mean and variance.
+    #[inline(always)]
+    pub(super) fn conducted(&self, decay: &HeatDecay, noise: bool) -> [f64; 2] {
+        let sum = self.e[0] + self.e[1];
+        let x = 0.5 * (self.e[0] - self.e[1]);
+        let variance = if noise {
+            (sum * sum * self.spread * decay.spread + x * x * decay.loss).max(0.0)
+        } else {
+            0.0
+        };
+        [decay.heat * x, variance]
+    }
+
+    /// What conduction adds to the first energy and takes from the second.
+    #[inline(always)]
+    pub fn conduct(&self, decay: &HeatDecay, xi: f64, noise: bool) -> f64 {
+        let [mean, variance] = self.conducted(decay, noise);
+        if noise {
+            mean + variance.sqrt() * xi
+        } else {
+            mean
+        }
+    }
+}
+
+/// exp(-x) - 1 for x that is small nearly always, of either sign.
+#[inline(always)]
+fn expm1_small(x: f64) -> f64 {
+    if x.abs() < 0.03 {
+        let series =
+            1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0))));
+        -x * series
+    } else {
+        expm1_negative(x)
+    }
+}
+
+/// exp(-x - y) - 1 from exp(-x) - 1 and a y that is small nearly always.
+#[inline(always)]
+fn further(decay: f64, y: f64) -> f64 {
+    decay + (1.0 + decay) * expm1_small(y)
+}
+
+impl ThermalExchange {
+    /// A pair of particles with the constant heat capacity.
+    #[inline(always)]
+    pub fn ends(&self, e: [f64; 2]) -> Ends {
+        Ends { e, ..self.constant }
+    }
+
+    /// Decay by friction of a pair of weight g at equal temperatures, where c is 1/(2 k): all that
+    /// may be computed before the energies are known.
+    #[inline(always)]
+    pub fn friction<X: Exchanges>(&self, g: f64, noise: bool) -> FrictionDecay {
+        let weight = if noise && X::HEATING {
+            g * (1.0 - 0.5 * self.constant.inverse_capacity)
+        } else {
+            g
+        };
+        self.relaxed(weight)
+    }
+
+    /// The same at the present energies: c = (1 - y^2)/(2 k) is smaller where they differ.
+    #[inline(always)]
+    pub fn at_energies<X: Exchanges>(
+        &self,
+        decay: FrictionDecay,
+        g: f64,
+        ends: &Ends,
+        noise: bool,
+    ) -> FrictionDecay {
+        if !(noise && X::HEATING) {
+            return decay;
+        }
+        self.relaxed_further(decay, 0.5 * ends.inverse_capacity * ends.spread_of() * g)
+    }
+
+    /// The same for a weight that has become `g` since: `early` is that of the decay.
+    #[inline(always)]
+    pub fn at_weight<X: Exchanges>(
+        &self,
+        decay: FrictionDecay,
+        early: f64,
+        g: f64,
+        ends: &Ends,
+        noise: bool,
+    ) -> FrictionDecay {
+        let mut more = g - early;
+        if noise && X::HEATING {
+            more += 0.5 * self.constant.inverse_capacity * early - ends.share() * g;
+        }
+        self.relaxed_further(decay, more)
+    }
+
+    /// Decay by friction of a pair at its present energies, from scratch.
+    #[inline(always)]
+    pub fn friction_at<X: Exchanges>(&self, g: f64, ends: &Ends, noise: bool) -> FrictionDecay {
+        if noise && X::HEATING {
+            self.relaxed(g * (1.0 - ends.share()))
+        } else {
+            self.relaxed(g)
+        }
+    }
+
+    #[inline(always)]
+    fn relaxed(&self, weight: f64) -> FrictionDecay {
+        FrictionDecay {
+            across: expm1_negative(self.rate_across * weight),
+            along: expm1_negative(self.rate_along * weight),
+        }
+    }
+
+    #[inline(always)]
+    fn relaxed_further(&self, decay: FrictionDecay, weight: f64) -> FrictionDecay {
+        FrictionDecay {
+            across: further(decay.across, self.rate_across * weight),
+            along: further(decay.along, self.rate_along * weight),
+        }
+    }
+
+    /// Decay by conduction with the constant heat capacity.
+    #[inline(always)]
+    pub fn heat(&self, g: f64, noise: bool) -> HeatDecay {
+        self.heat_of(self.rate_heat * g, self.constant.inverse_capacity, noise)
+    }
+
+    /// The same from exp(-th) - 1 at the weight `early`.
+    #[inline(always)]
+    pub fn heat_at_weight(&self, decay: f64, early: f64, g: f64, noise: bool) -> HeatDecay {
+        let heat = further(decay, self.rate_heat * (g - early));
+        let (mut spread, mut loss) = (0.0, 0.0);
+        if noise {
+            let kept = 1.0 + heat;
+            loss = kept * kept * expm1_small(self.rate_heat * g * self.constant.inverse_capacity);
+            spread = -(heat * (2.0 + heat) + loss);
+        }
+        HeatDecay { heat, spread, loss }
+    }
+
+    /// Decay by conduction at the heat capacity of the pair.
+    #[inline(always)]
+    pub fn heat_at(&self, g: f64, ends: &Ends, noise: bool) -> HeatDecay {
+        self.heat_of(
+            self.heat * g * ends.inverse_capacity,
+            ends.inverse_capacity,
+            noise,
+        )
+    }
+
+    #[inline(always)]
+    fn heat_of(&self, th: f64, inverse_capacity: f64, noise: bool) -> HeatDecay {
+        let heat = expm1_negative(th);
+        let (mut spread, mut loss) = (0.0, 0.0);
+        if noise {
+            spread = -expm1_negative(th * (2.0 + inverse_capacity));
+            let kept = 1.0 + heat;
+            loss = kept * kept * expm1_negative(th * inverse_capacity);
+        }
+        HeatDecay { heat, spread, loss }
+    }
+
+    /// eta over its value at the reference, for a pair whose relative velocity has the given square:
+    /// at the mean of the temperatures, from what the pair's friction leaves as it is, E_i + E_j +
+    /// K (K = u^2/4). With the factor of such an invariant no drift term is due. Without noise there
+    /// is none to cancel, and it is the temperature itself.
+    #[inline(always)]
+    pub fn viscous_factor(&self, e: [f64; 2], square: f64, noise: bool) -> f64 {
+        let (motion, freedom) = if noise {
+            (
+                0.125 * square,
+                self.constant.capacity + 0.25 * self.dimension,
+            )
+        } else {
+            (0.0, self.constant.capacity)
+        };
+        self.viscous_factor_at((0.5 * (e[0] + e[1]) + motion) / freedom)
+    }
+
+    /// eta of a temperature over its value at the reference.
+    #[inline(always)]
+    pub fn viscous_factor_at(&self, temperature: f64) -> f64 {
+        self.powers[0].of(temperature * self.inverse_reference)
+    }
+
+    /// kappa over its value at the reference, at the mean temperature, which conduction leaves.
+    #[inline(always)]
+    pub fn conductive_factor(&self, e: [f64; 2]) -> f64 {
+        self.conductive_factor_at(0.5 * (e[0] + e[1]) * self.constant.inverse_capacity)
+    }
+
+    /// kappa of a temperature over its value at the reference.
+    #[inline(always)]
+    pub fn conductive_factor_at(&self, temperature: f64) -> f64 {
+        self.powers[1].of(temperature * self.inverse_reference)
+    }
+
+    /// D.
+    pub fn dimension(&self) -> f64 {
+        self.dimension
+    }
+}
