@@ -149,8 +149,9 @@ pub struct Thermal {
     pub input: Vec<f64>,
     /// Energy of adiabats that stand in the step under way, by slot.
     unbooked: Vec<f64>,
-    /// eta and kappa of each particle over their values at the reference, at the start of a sweep.
-    pub factors: Vec<[f64; 2]>,
+    /// Of each particle at the start of a sweep: the factors of eta, and of kappa over the heat
+    /// capacity, and its `Caloric::mark`.
+    pub factors: Vec<[f64; 3]>,
     /// Is the heat capacity a constant, so that the thermal energy is C T?
     constant: bool,
     to_density: f64,
@@ -189,8 +190,7 @@ impl Thermal {
             finite("transport_exponents", exponent)?;
         }
         let constant = eos.constant_heat_capacity();
-        // Nothing reads a heat capacity that is no constant from here.
-        let capacity = constant.map_or(f64::NAN, |c| c * units.mass / boltzmann);
+        let capacity = constant.map_or(f64::INFINITY, |c| c * units.mass / boltzmann);
         if capacity <= 0.5 {
             return Err(Error::Invalid(format!(
                 "`heat_capacity` must be above 0.5 kB a particle, got {capacity} kB"
@@ -230,7 +230,7 @@ impl Thermal {
             refused: vec![0; blocks],
             input: vec![0.0; n],
             unbooked: vec![0.0; n],
-            factors: vec![[1.0; 2]; n],
+            factors: vec![[1.0; 3]; n],
             constant: constant.is_some(),
             to_density: units.mass_density(),
             from_pressure: 1.0 / units.pressure(),
@@ -301,13 +301,13 @@ impl Thermal {
     }
 
     /// Temperatures and heat capacities of particles, for the exchanges.
-    pub fn states<'a>(&'a self, density: &'a [f64]) -> States<'a> {
+    pub fn states(&self) -> States<'_> {
         States {
             eos: &*self.eos,
-            density,
-            to_density: self.to_density,
+            factors: &self.factors,
             to_specific: 1.0 / self.from_specific,
-            kelvin: self.kelvin,
+            per_kelvin: 1.0 / self.kelvin,
+            per_capacity: self.kelvin * self.from_specific,
         }
     }
 
@@ -411,18 +411,21 @@ impl Thermal {
         self.accounts.body_work += sum(&self.input);
     }
 
-    /// Brings the factors of eta and kappa up to date.
+    /// Brings the factors up to date.
     pub fn renew_factors(&mut self, particles: &Particles) {
         let mut factors = std::mem::take(&mut self.factors);
         let heat = &particles.scalars[self.fields.heat].values;
+        let [per_kelvin, per_capacity] = [1.0 / self.kelvin, self.kelvin * self.from_specific];
         factors
             .par_iter_mut()
             .zip(heat.par_iter())
             .zip(particles.density.par_iter())
             .with_min_len(GRAIN)
             .for_each(|((factors, &heat), &d)| {
-                let temperature = self.temperature(d, heat) / self.kelvin;
-                *factors = self.pair.factors(temperature);
+                let mark = self.eos.mark(d * self.to_density);
+                let [t, c] = self.eos.state_at(mark, heat / self.from_specific);
+                let [eta, kappa] = self.pair.factors(t * per_kelvin, c * per_capacity);
+                *factors = [eta, kappa, mark];
             });
         self.factors = factors;
     }
@@ -441,8 +444,8 @@ impl Thermal {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let pairs = 2 * self.factors.capacity();
-        8 * (self.unbooked.capacity() + self.input.capacity() + self.refused.capacity() + pairs)
+        let factors = 3 * self.factors.capacity();
+        8 * (self.unbooked.capacity() + self.input.capacity() + self.refused.capacity() + factors)
     }
 }
 

@@ -168,7 +168,7 @@ class SceneQuantities:
     def sound(self) -> SoundSpeed:
         """Speed of sound at the density of the fluid, with the term of the rule that won."""
         law = self.fluid.equation_of_state
-        own = law.sound_speed is not None or law.kind in ("polynomial", "table")
+        own = law.sound_speed is not None or "sound_speed" in law.unused
         if own and self.sound_speed is not None:
             raise ValueError(
                 "`sound_speed` must be None as the equation of state has its own, got "

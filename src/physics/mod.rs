@@ -11,5 +11,6 @@ pub use thermal::{
     Adiabatic, Bath, BathAndConduction, BathAndConductionGeneral, BathGeneral, Conduction,
     ConductionGeneral, ConductionMetropolis, ConductionVariable, Ends, Exchanges, FrictionDecay,
     Full, FullGeneral, FullMetropolis, FullVariable, HeatDecay, Heating, HeatingGeneral,
-    HeatingMetropolis, HeatingVariable, PairThermal, Power, ThermalExchange,
+    HeatingMetropolis, HeatingVariable, PairThermal, Power, ThermalExchange, friction_odds,
+    heat_odds,
 };

@@ -1,7 +1,7 @@
 //! From the four words of a pair to the variates of its random force. Each kind has mean 0,
 //! variance 1 and independent components; only their higher moments and their cost differ.
 
-use super::elementary::{cos_sin_turn, from_integer, ln_unit};
+use super::elementary::{cos_sin_turn, from_integer, ln};
 
 const SCALE: f64 = 1.0 / 4_294_967_296.0;
 
@@ -46,7 +46,7 @@ pub struct Gaussian;
 
 #[inline(always)]
 fn box_muller(a: u64, b: u64) -> (f64, f64) {
-    let radius = (-2.0 * ln_unit(unit_interval(a))).sqrt();
+    let radius = (-2.0 * ln(unit_interval(a))).sqrt();
     let (c, s) = cos_sin_turn(from_integer(b) * SCALE);
     (radius * c, radius * s)
 }

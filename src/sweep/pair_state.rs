@@ -4,40 +4,37 @@
 use super::Shared;
 use crate::eos::caloric::Caloric;
 use crate::physics::{Ends, Exchanges, ThermalExchange};
+use crate::random::ln;
 
 /// Temperature, heat capacity and entropy of a particle, in reduced units.
 #[derive(Clone, Copy)]
 pub struct States<'a> {
     /// The fluid, in the user's units.
     pub eos: &'a dyn Caloric,
-    /// Number densities by slot.
-    pub density: &'a [f64],
-    /// Unit of the mass density.
-    pub to_density: f64,
+    /// `Thermal::factors`.
+    pub factors: &'a [[f64; 3]],
     /// Unit of the energy per mass.
     pub to_specific: f64,
-    /// Unit of the temperature.
-    pub kelvin: f64,
+    /// 1 over the unit of the temperature.
+    pub per_kelvin: f64,
+    /// 1 over kB over the mass of a particle.
+    pub per_capacity: f64,
 }
 
 impl States<'_> {
     /// T and k at a thermal energy.
-    #[inline]
+    #[inline(always)]
     pub fn of(&self, slot: u32, heat: f64) -> [f64; 2] {
-        let rho = self.density[slot as usize] * self.to_density;
-        let [t, c] = self
-            .eos
-            .temperature_and_capacity(rho, heat * self.to_specific);
-        [t / self.kelvin, c * self.kelvin / self.to_specific]
+        let mark = self.factors[slot as usize][2];
+        let [t, c] = self.eos.state_at(mark, heat * self.to_specific);
+        [t * self.per_kelvin, c * self.per_capacity]
     }
 
-    /// S - ln T: the logarithm of the weight of a thermal energy.
-    #[inline]
-    pub fn weight(&self, slot: u32, heat: f64) -> f64 {
-        let rho = self.density[slot as usize] * self.to_density;
-        let heat = heat * self.to_specific;
-        let [t, _] = self.eos.temperature_and_capacity(rho, heat);
-        self.eos.entropy(rho, heat) * self.kelvin / self.to_specific - t.ln()
+    /// S of a thermal energy, up to what depends on the density.
+    #[inline(always)]
+    pub fn entropy(&self, slot: u32, heat: f64) -> f64 {
+        let mark = self.factors[slot as usize][2];
+        self.eos.entropy_at(mark, heat * self.to_specific) * self.per_capacity
     }
 }
 
@@ -79,6 +76,9 @@ impl Energies<'_> {
         if !X::GENERAL {
             return self.exchange.viscous_factor(e, square, noise);
         }
+        if self.exchange.constant_viscosity() {
+            return 1.0;
+        }
         let fluctuating = noise && X::HEATING;
         let [t, s] = [0, 1].map(|n| self.early(slots[n], e[n], 0.125 * square, 0.25, fluctuating));
         self.exchange.viscous_factor_at(0.5 * (t + s))
@@ -95,6 +95,9 @@ impl Energies<'_> {
     ) -> f64 {
         if !X::GENERAL {
             return self.exchange.own_viscous_factor(e, square, noise);
+        }
+        if self.exchange.constant_viscosity() {
+            return 1.0;
         }
         let t = self.early(slot, e, 0.5 * square, 0.5, noise && X::HEATING);
         self.exchange.viscous_factor_at(t)
@@ -117,8 +120,29 @@ impl Energies<'_> {
         if !X::GENERAL {
             return self.exchange.conductive_factor(e);
         }
+        if self.exchange.constant_conductivity() {
+            return 1.0;
+        }
         let mean = 0.5 * (e[0] + e[1]);
         let [t, s] = slots.map(|slot| self.states.of(slot, mean)[0]);
         self.exchange.conductive_factor_at(0.5 * (t + s))
+    }
+
+    /// ln of the weight of two thermal energies `after` over that of those `before`, exp(S) over T:
+    /// the measure is dS. `ends` are the temperatures and heat capacities before and after.
+    #[inline(always)]
+    pub fn weight(
+        &self,
+        slots: [u32; 2],
+        [before, after]: [[f64; 2]; 2],
+        [ends, then]: [&Ends; 2],
+    ) -> f64 {
+        let entropy =
+            |e: [f64; 2]| self.states.entropy(slots[0], e[0]) + self.states.entropy(slots[1], e[1]);
+        let product = |ends: &Ends| {
+            let inverse = ends.inverse_capacity * ends.inverse_capacity;
+            ends.e[0] * ends.e[1] * inverse
+        };
+        entropy(after) - entropy(before) + ln(product(ends) / product(then))
     }
 }

@@ -13,8 +13,10 @@ use super::{CHUNK, Direction, Shared, Task, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
-use crate::physics::{Ends, Exchanges, FrictionDecay, HeatDecay, ThermalExchange};
-use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes, unit_interval};
+use crate::physics::{
+    Ends, Exchanges, FrictionDecay, HeatDecay, ThermalExchange, friction_odds, heat_odds,
+};
+use crate::random::{SweepKey, Variate, ln, pair_counter, philox4x32_lanes, unit_interval};
 use crate::state::Particles;
 use crate::thermal::Thermal;
 use crate::wall::Walls;
@@ -65,6 +67,8 @@ struct Lanes {
     /// Normal variates, and where the momentum exchanged is kept for the tally.
     xi: [[f64; CHUNK]; 4],
     change: [[f64; CHUNK]; 3],
+    /// Logarithms of the numbers that decide about acceptance.
+    chance: [[f64; CHUNK]; 2],
 }
 
 struct ThermalTask<'a, X, V, const D: usize> {
@@ -73,7 +77,7 @@ struct ThermalTask<'a, X, V, const D: usize> {
     position: &'a [[f64; 4]],
     velocity: Shared<'a, [f64; 4]>,
     energies: Energies<'a>,
-    factors: &'a [[f64; 2]],
+    factors: &'a [[f64; 3]],
     refused: Shared<'a, u64>,
     id: &'a [u64],
     slopes: Slopes,
@@ -124,7 +128,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             }
             lanes.r2[lane] = r2;
             lanes.weight[lane] = a[3] * b[3];
-            if X::VARIABLE && !X::GENERAL {
+            if X::VARIABLE {
                 let (f, g) = (&self.factors[i as usize], &self.factors[j as usize]);
                 for n in 0..2 {
                     lanes.early[n][lane] = 0.5 * (f[n] + g[n]);
@@ -152,6 +156,16 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 }
             }
         }
+        if X::METROPOLIS {
+            for k in 0..padded(count) {
+                let tail = self.chances.tail;
+                let counter = [lanes.low[k], lanes.high[k], tail[0], tail[1]];
+                let words = philox4x32_lanes(counter, self.chances.key);
+                for n in 0..2 {
+                    lanes.chance[n][k] = ln(unit_interval(words[n]));
+                }
+            }
+        }
         let mut slope = [0.0; CHUNK];
         (self.slopes)(&lanes.r2, &mut slope);
         for k in 0..padded(count) {
@@ -159,9 +173,6 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             let r2 = lanes.r2[k];
             lanes.inverse_r2[k] = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
             lanes.weight[k] = slope[k] * (weight * weight);
-        }
-        if X::GENERAL {
-            return;
         }
         if X::VARIABLE {
             for k in 0..padded(count) {
@@ -182,14 +193,14 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 lanes.friction[1][k] = d.along;
             }
         }
-        if X::CONDUCTION {
+        if X::CONDUCTION && X::VARIABLE {
             for k in 0..padded(count) {
-                let weight = if X::VARIABLE {
-                    lanes.early[1][k]
-                } else {
-                    lanes.weight[k]
-                };
-                let d = self.exchange.heat(weight, V::ON);
+                lanes.heat[0][k] = self.exchange.heat_early(lanes.early[1][k]);
+            }
+        }
+        if X::CONDUCTION && !X::VARIABLE {
+            for k in 0..padded(count) {
+                let d = self.exchange.heat(lanes.weight[k], V::ON);
                 lanes.heat[0][k] = d.heat;
                 lanes.heat[1][k] = d.spread;
                 lanes.heat[2][k] = d.loss;
@@ -211,9 +222,6 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
 
     #[inline(always)]
     fn friction_decay(&self, lanes: &Lanes, k: usize, g: f64, ends: &Ends) -> FrictionDecay {
-        if X::GENERAL {
-            return self.exchange.friction_at::<X>(g, ends, V::ON);
-        }
         let decay = FrictionDecay {
             across: lanes.friction[0][k],
             along: lanes.friction[1][k],
@@ -238,12 +246,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
 
     #[inline(always)]
     fn heat_decay(&self, lanes: &Lanes, k: usize, g: f64, ends: &Ends) -> HeatDecay {
-        if X::GENERAL {
-            return self.exchange.heat_at(g, ends, V::ON);
-        }
         if X::VARIABLE {
             let (decay, early) = (lanes.heat[0][k], lanes.early[1][k]);
-            return self.exchange.heat_at_weight(decay, early, g, V::ON);
+            return self.exchange.heat_at_weight(decay, early, g, ends, V::ON);
         }
         HeatDecay {
             heat: lanes.heat[0][k],
@@ -308,12 +313,11 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 let then = self.energies.ends::<X>([i, j], after);
                 let axis = [0, 1, 2].map(|a| lanes.r[a][k] * inverse.sqrt());
                 let moved = [0, 1, 2].map(|a| u[a] + 2.0 * dv[a]);
-                let propose = |ends, from, to| {
-                    self.exchange
-                        .friction_proposal::<X>(g, ends, axis, from, to)
-                };
-                let ratio = propose(&then, moved, u) - propose(&ends, u, moved);
-                if !self.accepts(lanes, k, 0, [e, after], ratio) {
+                let back = self.exchange.at_ends::<X>(d, g, [&ends, &then]);
+                let proposals = [(d, ends.width::<X>()), (back, then.width::<X>())];
+                let odds = friction_odds::<D>(axis, [u, moved], proposals);
+                let weight = self.energies.weight([i, j], [e, after], [&ends, &then]);
+                if lanes.chance[0][k] >= weight + odds {
                     change.refused += 1;
                     change.random = [0.0; 3];
                     return;
@@ -346,38 +350,16 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         }
         if X::METROPOLIS {
             let then = self.energies.ends::<X>([i, j], after);
-            let ratio = self.exchange.heat_proposal(g, &then, -gain)
-                - self.exchange.heat_proposal(g, &ends, gain);
-            if !self.accepts(lanes, k, 1, [e, after], ratio) {
+            let from = g * ends.inverse_capacity;
+            let back = self.exchange.heat_at_weight(d.heat, from, g, &then, V::ON);
+            let odds = heat_odds(gain, (&ends, &d), (&then, &back));
+            let weight = self.energies.weight([i, j], [e, after], [&ends, &then]);
+            if lanes.chance[1][k] >= weight + odds {
                 change.refused += 1;
                 return;
             }
         }
         [*ei, *ej] = after;
-    }
-
-    /// Is an update of the energies accepted? `ratio`: ln of the density of the proposal back over
-    /// that of the one there; `which` of the two exchanges of the pair it is.
-    fn accepts(
-        &self,
-        lanes: &Lanes,
-        k: usize,
-        which: usize,
-        energies: [[f64; 2]; 2],
-        ratio: f64,
-    ) -> bool {
-        let [before, after] = energies.map(|e| {
-            let [i, j] = lanes.slots[k];
-            self.energies.states.weight(i, e[0]) + self.energies.states.weight(j, e[1])
-        });
-        let counter = [
-            lanes.low[k],
-            lanes.high[k],
-            self.chances.tail[0],
-            self.chances.tail[1],
-        ];
-        let word = philox4x32_lanes(counter, self.chances.key)[which];
-        unit_interval(word).ln() < after - before + ratio
     }
 
     /// One pair.
@@ -478,6 +460,7 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ThermalTask<'_, X, V, D>
             heat: [zero; 3],
             xi: [zero; 4],
             change: [zero; 3],
+            chance: [zero; 2],
         };
         let rounds = &self.block.rounds;
         let mut rest =
@@ -531,7 +514,7 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
     mut tally: Option<&mut Tally>,
 ) {
     let sums = tally.as_deref_mut().map(Tally::begin);
-    if X::VARIABLE && !X::GENERAL {
+    if X::VARIABLE {
         thermal.renew_factors(particles);
     }
     let mut along = WallRounds::begin(walls);
@@ -578,7 +561,7 @@ fn pairs<X: Exchanges, V: Variate, const D: usize>(
         let velocity = Shared::new(&mut particles.velocity);
         let energies = Energies {
             heat: Shared::new(&mut particles.scalars[thermal.fields.heat].values),
-            states: thermal.states(&particles.density),
+            states: thermal.states(),
             exchange: &sweep.exchange,
         };
         let (position, id) = (&particles.position, &particles.id);

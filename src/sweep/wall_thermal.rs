@@ -368,7 +368,7 @@ impl WallRounds {
             velocity: Shared::new(&mut particles.velocity),
             energies: Energies {
                 heat: Shared::new(&mut particles.scalars[thermal.fields.heat].values),
-                states: thermal.states(&particles.density),
+                states: thermal.states(),
                 exchange: &sweep.exchange,
             },
             id: &particles.id,

@@ -65,7 +65,9 @@ def test_ideal_gas_by_the_textbook() -> None:
     """Air: gamma = 7/5 and 347 m/s at 300 K; a monatomic gas by Sackur and Tetrode."""
     gas, c_v = 287.0, 717.5
     rho, t = np.array([1.0, 1.2, 0.3]), np.array([300.0, 350.0, 300.0])
-    p, e, s, slow, fast, capacity = _core.caloric_evaluate(("ideal_gas", [gas, c_v, 0.0], ""), rho, t)
+    p, e, s, slow, fast, capacity = _core.caloric_evaluate(
+        ("ideal_gas", [gas, c_v, 0.0], ""), rho, t
+    )
     np.testing.assert_allclose(p, [86100.0, 120540.0, 25830.0], rtol=1e-14)
     np.testing.assert_allclose(e, [215250.0, 251125.0, 215250.0], rtol=1e-14)
     np.testing.assert_allclose(slow, gas * t, rtol=1e-14)

@@ -124,3 +124,90 @@ def test_a_bath_behind_the_walls_sets_temperature_and_its_variance() -> None:
     rows = blocks(sim, 25, 5, measure)
     exact = np.array([1.0, 1.0, 1.1, 1.1, 1.0, 1.0, 1.0])
     judge(rows, exact, [0.003, 0.005, 0.004, 0.006, 0.018, 0.014, 0.0015])
+
+
+def shares_of_a_shell(weight: Any, freedom: float, n: int, e: float) -> list[np.ndarray]:
+    """Heats on a grid, and the laws of the heat of one of n particles and of the kinetic energy K.
+
+    The n heats with weights exp(S)/T and K, with `freedom` degrees of freedom over two, share e.
+    Convolutions, tilted against cancellation: cell k stands for (k + 1/2) of its width.
+    """
+    cells = 6000
+    heat = (np.arange(cells) + 0.5) * e / cells
+    tilt = -(n + 2.0) * 3.0 * heat / e
+    one = weight(heat) + tilt
+    one = np.exp(one - one.max())
+    motion = heat ** (freedom - 1.0) * np.exp(tilt)
+    size = 4 * cells
+
+    def rest(heats: int, motions: int) -> np.ndarray:
+        """Density of the sum of all the others at e less the heat of each cell."""
+        spectrum = np.fft.rfft(one / one.sum(), size) ** heats
+        spectrum = spectrum * np.fft.rfft(motion / motion.sum(), size) ** motions
+        density = np.fft.irfft(spectrum, size)[:cells]
+        place = cells - 0.5 * (heats + motions + 1) - np.arange(cells)
+        return np.interp(place, np.arange(cells), density, left=0.0)
+
+    laws = [one * rest(n - 1, 1), motion * rest(n, 0)]
+    return [heat, *(law / law.sum() for law in laws)]
+
+
+def test_shares_of_a_shell_are_those_of_a_constant_heat_capacity() -> None:
+    heat, p, q = shares_of_a_shell(lambda h: 3.0 * np.log(h), 3.5, 8, 10.0)
+    whole = 8 * 4.0 + 3.5
+    assert (p * heat).sum() == pytest.approx(10.0 * 4.0 / whole, rel=1e-4)
+    exact = 100.0 * 4.0 * 5.0 / (whole * (whole + 1.0))
+    assert (p * heat**2).sum() == pytest.approx(exact, rel=1e-4)
+    assert (q * heat).sum() == pytest.approx(10.0 * 3.5 / whole, rel=1e-3)
+
+
+@pytest.mark.parametrize("metropolis", [False, True])
+def test_particles_whose_heat_capacity_follows_the_temperature(metropolis: bool) -> None:
+    """c_v = 3 (1 + T), 8 of them: <h>, <h^2> and <K> by quadrature over the shell."""
+    from tests.unit.test_energy_table import warming
+
+    number = 8
+    law = sdpd.eos.EnergyTable.from_helmholtz(
+        warming, densities=(0.1, 10.0), temperatures=(0.02, 12.0), points=(24, 96)
+    )
+    of = gas(shear_viscosity=1.0, thermal_conductivity=3.0).replace(equation_of_state=law)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sdpd.SdpdWarning)
+        made = scene(
+            of,
+            box=sdpd.Box((number**0.5,) * 2),
+            resolution=sdpd.Resolution(particles=number, support=1.4, kernel="wendland_c2"),
+            start=sdpd.RandomStart(relax_steps=20),
+            sound_speed=None,
+        )
+        sim = sdpd.Simulation(
+            made, seed=12, threads=1, integrator=sdpd.PairSplitting(metropolis=metropolis)
+        )
+    energy = sim.total_energy
+    # e = h + constant: the constant by the state at hand, h = 3 (T + T^2/2) of the closed form.
+    t = np.asarray(sim.temperatures)
+    constant = float(np.mean(np.asarray(sim.internal_energies) - 3.0 * (t + 0.5 * t * t)))
+    whole = energy - number * constant
+
+    def warmth(heat: np.ndarray) -> np.ndarray:
+        return np.sqrt(1.0 + 2.0 * heat / 3.0) - 1.0
+
+    def weight(heat: np.ndarray) -> np.ndarray:
+        t = warmth(heat)
+        return 3.0 * (np.log(t) + t) - np.log(t)
+
+    heat, p, q = shares_of_a_shell(weight, float(number - 1), number, whole)
+    t = warmth(heat)
+    mean = float((p * t).sum())
+    exact = np.array([1.0, float((p * t * t).sum()) / mean**2, float((q * heat).sum()) / mean])
+
+    def measure(sim: sdpd.Simulation) -> np.ndarray:
+        t = np.asarray(sim.temperatures) / mean
+        return np.array([t.mean(), np.square(t).mean(), sim.kinetic_energy / mean])
+
+    judge(blocks(sim, 200, 4, measure), exact, [0.004, 0.006, 0.02])
+
+
+@pytest.mark.parametrize("metropolis", [False, True])
+def test_acceptance_makes_long_steps_exact(metropolis: bool) -> None:
+    """Ten of C = 1.5 k_B at steps of 4 friction times: the temperature is 2 % off without it."""

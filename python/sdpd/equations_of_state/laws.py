@@ -71,7 +71,7 @@ class EquationOfState:
         return self
 
     def heat_capacity(self, density: float, temperature: float) -> float | None:
-        """c_v [energy/(mass temperature)], where the equation of state and not the fluid tells it."""
+        """c_v [energy/(mass temperature)], if the equation of state and not the fluid tells it."""
         return None
 
     def core(self, reference_density: float, sound_speed: float) -> tuple[str, list[float]]:

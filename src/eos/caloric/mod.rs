@@ -18,6 +18,7 @@ pub use table::Table;
 
 use super::expect;
 use crate::error::{Error, Result};
+use crate::random::ln;
 use crate::valid::positive;
 
 /// The part of the equation of state without T.
@@ -58,8 +59,19 @@ pub trait Caloric: Send + Sync {
     fn constant_heat_capacity(&self) -> Option<f64>;
     /// e_c: energy per mass without heat, up to a constant.
     fn cold_energy(&self, rho: f64) -> f64;
+    /// What a density is to `state_at`, which is asked for every pair: itself, if nothing is gained by
+    /// another number.
+    fn mark(&self, rho: f64) -> f64 {
+        rho
+    }
+    /// T and c_v at a mark.
+    fn state_at(&self, mark: f64, heat: f64) -> [f64; 2];
     /// T and c_v.
-    fn temperature_and_capacity(&self, rho: f64, heat: f64) -> [f64; 2];
+    fn temperature_and_capacity(&self, rho: f64, heat: f64) -> [f64; 2] {
+        self.state_at(self.mark(rho), heat)
+    }
+    /// The entropy per mass at a mark, up to what depends on the density.
+    fn entropy_at(&self, mark: f64, heat: f64) -> f64;
     /// P.
     fn pressure(&self, rho: f64, heat: f64) -> f64;
     /// Entropy per mass.
@@ -80,8 +92,11 @@ impl<F: ConstantCapacity> Caloric for F {
     fn cold_energy(&self, rho: f64) -> f64 {
         self.cold(rho).energy
     }
-    fn temperature_and_capacity(&self, _: f64, heat: f64) -> [f64; 2] {
+    fn state_at(&self, _: f64, heat: f64) -> [f64; 2] {
         [heat / self.heat_capacity(), self.heat_capacity()]
+    }
+    fn entropy_at(&self, _: f64, heat: f64) -> f64 {
+        self.heat_capacity() * ln(heat)
     }
     fn pressure(&self, rho: f64, heat: f64) -> f64 {
         self.cold(rho).pressure + heat / self.heat_capacity() * self.hot(rho).pressure

@@ -1,51 +1,53 @@
 //! Acceptance of updates: with the ratio of the weights of both states and of the densities of the
-//! proposals there and back, exp(sum S) with the measure dr dp dS is exact at any step.
+//! proposals there and back, exp(sum S) with the measure dr dp dS is exact at any step. Here is the
+//! second one.
 
-use super::{Ends, Exchanges, ThermalExchange};
+use super::{Ends, FrictionDecay, HeatDecay};
+use crate::random::ln;
 
-/// -2 ln of a normal density, up to a constant; without a width there is nothing to propose.
-#[inline]
-fn surprise(square: f64, variance: f64, count: f64) -> f64 {
-    if variance > 0.0 {
-        square / variance + count * variance.ln()
-    } else {
-        0.0
-    }
+/// ln of the density with which friction proposes u for u' over that with which it proposes u' for u,
+/// each from its decay and its width; `axis` is a unit vector.
+#[inline(always)]
+pub fn friction_odds<const D: usize>(
+    axis: [f64; 3],
+    [u, after]: [[f64; 3]; 2],
+    [there, back]: [(FrictionDecay, f64); 2],
+) -> f64 {
+    let dot = |v: [f64; 3]| axis[0] * v[0] + axis[1] * v[1] + axis[2] * v[2];
+    let leap = |from: [f64; 3], to: [f64; 3], (decay, width): (FrictionDecay, f64)| {
+        let [start, end] = [from, to].map(dot);
+        let along = end - (1.0 + decay.along) * start;
+        let mut across = 0.0;
+        for a in 0..D {
+            let [x, y] = [from[a] - start * axis[a], to[a] - end * axis[a]];
+            across += (y - (1.0 + decay.across) * x).powi(2);
+        }
+        let variance = |m: f64| width * width * -m * (2.0 + m);
+        let [wide, deep] = [variance(decay.across), variance(decay.along)];
+        // Central friction proposes nothing across.
+        if wide > 0.0 {
+            (
+                along * along / deep + across / wide,
+                deep * wide.powi(D as i32 - 1),
+            )
+        } else {
+            (along * along / deep, deep)
+        }
+    };
+    let (there, width) = leap(u, after, there);
+    let (back, other) = leap(after, u, back);
+    0.5 * (there - back + ln(width / other))
 }
 
-impl ThermalExchange {
-    /// ln of the density with which friction at the energies of `ends` proposes u' for u. `g` comes
-    /// with the factor of eta, `axis` is a unit vector.
-    pub fn friction_proposal<X: Exchanges>(
-        &self,
-        g: f64,
-        ends: &Ends,
-        axis: [f64; 3],
-        u: [f64; 3],
-        after: [f64; 3],
-    ) -> f64 {
-        let decay = self.friction_at::<X>(g, ends, true);
-        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let [before_along, after_along] = [u, after].map(|x| dot(axis, x));
-        let along = after_along - (1.0 + decay.along) * before_along;
-        let mut across = 0.0;
-        for a in 0..3 {
-            let [before, then] = [
-                u[a] - before_along * axis[a],
-                after[a] - after_along * axis[a],
-            ];
-            across += (then - (1.0 + decay.across) * before).powi(2);
-        }
-        let width = ends.width::<X>();
-        let variance = |m: f64| width * width * -m * (2.0 + m);
-        -0.5 * (surprise(along * along, variance(decay.along), 1.0)
-            + surprise(across, variance(decay.across), self.dimension - 1.0))
-    }
-
-    /// ln of the density with which conduction at the energies of `ends` proposes to add `gain` to the
-    /// first and to take it from the second. `g` comes with the factor of kappa.
-    pub fn heat_proposal(&self, g: f64, ends: &Ends, gain: f64) -> f64 {
-        let [mean, variance] = ends.conducted(&self.heat_at(g, ends, true), true);
-        -0.5 * surprise((gain - mean).powi(2), variance, 1.0)
-    }
+/// ln of the density with which conduction proposes to take `gain` back over that with which it
+/// proposes it, each from the energies and the decay.
+#[inline(always)]
+pub fn heat_odds(gain: f64, there: (&Ends, &HeatDecay), back: (&Ends, &HeatDecay)) -> f64 {
+    let leap = |gain: f64, (ends, decay): (&Ends, &HeatDecay)| {
+        let [mean, variance] = ends.conducted(decay, true);
+        ((gain - mean).powi(2) / variance, variance)
+    };
+    let (there, width) = leap(gain, there);
+    let (back, other) = leap(-gain, back);
+    0.5 * (there - back + ln(width / other))
 }

@@ -23,6 +23,7 @@ mod tests;
 
 use std::sync::Arc;
 
+pub use metropolis::{friction_odds, heat_odds};
 pub use pair::{Ends, FrictionDecay, HeatDecay};
 pub use power::Power;
 
@@ -114,7 +115,7 @@ pub struct PairThermal {
     pub along: f64,
     /// kappa/kB.
     pub conductivity: f64,
-    /// k = C/kB of a particle, where it is a constant.
+    /// k = C/kB of a particle, infinite where it is no constant.
     pub capacity: f64,
     /// (T/T_0)^n of eta and of kappa.
     pub powers: Arc<[Power; 2]>,
@@ -155,9 +156,11 @@ impl PairThermal {
         }
     }
 
-    /// eta and kappa of a temperature over their values at the reference.
-    pub fn factors(&self, temperature: f64) -> [f64; 2] {
+    /// eta of a temperature over its value at the reference, and kappa of it over that and over the
+    /// heat capacity.
+    pub fn factors(&self, temperature: f64, capacity: f64) -> [f64; 2] {
         let relative = temperature * self.inverse_reference;
-        [0, 1].map(|n| self.powers[n].of(relative))
+        let [eta, kappa] = [0, 1].map(|n| self.powers[n].of(relative));
+        [eta, kappa / capacity]
     }
 }

@@ -176,12 +176,27 @@ impl ThermalExchange {
     }
 
     /// Decay by friction of a pair at its present energies, from scratch.
-    #[inline(always)]
+    #[cfg(test)]
     pub fn friction_at<X: Exchanges>(&self, g: f64, ends: &Ends, noise: bool) -> FrictionDecay {
         if noise && X::HEATING {
             self.relaxed(g * (1.0 - ends.share()))
         } else {
             self.relaxed(g)
+        }
+    }
+
+    /// Decay by friction of a weight g between `then` from that between `ends`.
+    #[inline(always)]
+    pub fn at_ends<X: Exchanges>(
+        &self,
+        decay: FrictionDecay,
+        g: f64,
+        [ends, then]: [&Ends; 2],
+    ) -> FrictionDecay {
+        if X::HEATING {
+            self.relaxed_further(decay, (ends.share() - then.share()) * g)
+        } else {
+            decay
         }
     }
 
@@ -207,14 +222,29 @@ impl ThermalExchange {
         self.heat_of(self.rate_heat * g, self.constant.inverse_capacity, noise)
     }
 
-    /// The same from exp(-th) - 1 at the weight `early`.
+    /// Decay by conduction of a weight over a heat capacity, all that may be computed before the
+    /// energies are known: exp(-th) - 1.
     #[inline(always)]
-    pub fn heat_at_weight(&self, decay: f64, early: f64, g: f64, noise: bool) -> HeatDecay {
-        let heat = further(decay, self.rate_heat * (g - early));
+    pub fn heat_early(&self, g_over_capacity: f64) -> f64 {
+        expm1_negative(self.heat * g_over_capacity)
+    }
+
+    /// The decay for a weight that has become `g` since: `early` is that of `heat_early`.
+    #[inline(always)]
+    pub fn heat_at_weight(
+        &self,
+        decay: f64,
+        early: f64,
+        g: f64,
+        ends: &Ends,
+        noise: bool,
+    ) -> HeatDecay {
+        let now = g * ends.inverse_capacity;
+        let heat = further(decay, self.heat * (now - early));
         let (mut spread, mut loss) = (0.0, 0.0);
         if noise {
             let kept = 1.0 + heat;
-            loss = kept * kept * expm1_small(self.rate_heat * g * self.constant.inverse_capacity);
+            loss = kept * kept * expm1_small(self.heat * now * ends.inverse_capacity);
             spread = -(heat * (2.0 + heat) + loss);
         }
         HeatDecay { heat, spread, loss }
@@ -275,6 +305,18 @@ impl ThermalExchange {
     #[inline(always)]
     pub fn conductive_factor_at(&self, temperature: f64) -> f64 {
         self.powers[1].of(temperature * self.inverse_reference)
+    }
+
+    /// Is eta the same at every temperature?
+    #[inline(always)]
+    pub fn constant_viscosity(&self) -> bool {
+        self.powers[0].exponent() == 0.0
+    }
+
+    /// Is kappa the same at every temperature?
+    #[inline(always)]
+    pub fn constant_conductivity(&self) -> bool {
+        self.powers[1].exponent() == 0.0
     }
 
     /// D.

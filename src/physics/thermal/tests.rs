@@ -211,7 +211,12 @@ fn decays_brought_up_to_date_are_those_from_scratch() {
         let got = exchange.at_weight::<Full>(first, early, g, &ends, true);
         let want = exchange.friction_at::<Full>(g, &ends, true);
         assert!((got.across - want.across).abs() < 1e-11 && (got.along - want.along).abs() < 1e-11);
-        let got = exchange.heat_at_weight(exchange.heat(early, true).heat, early, g, true);
+        let warmer = exchange.ends([9.0, 25.0]);
+        let got = exchange.at_ends::<Full>(want, g, [&ends, &warmer]);
+        let want = exchange.friction_at::<Full>(g, &warmer, true);
+        assert!((got.across - want.across).abs() < 1e-11 && (got.along - want.along).abs() < 1e-11);
+        let early = early * ends.inverse_capacity;
+        let got = exchange.heat_at_weight(exchange.heat_early(early), early, g, &ends, true);
         let want = exchange.heat_at(g, &ends, true);
         assert!((got.heat - want.heat).abs() < 1e-11);
         assert!((got.spread - want.spread).abs() < 1e-11 && (got.loss - want.loss).abs() < 1e-11);
@@ -289,21 +294,24 @@ fn acceptance_makes_the_equilibrium_of_any_pair_exact() {
             let gain = 0.125 * (square(u) - square(after));
             let then = e.map(|x| x + gain);
             if then[0] > 0.0 && then[1] > 0.0 {
-                let back =
-                    exchange.friction_proposal::<FullMetropolis>(1.0, &ends(then), axis, after, u);
-                let there =
-                    exchange.friction_proposal::<FullMetropolis>(1.0, &here, axis, u, after);
-                if !metropolis || chance[0] < weight(then) - weight(e) + back - there {
+                let there = (decay, width);
+                let new = ends(then);
+                let decay = exchange.at_ends::<FullMetropolis>(decay, 1.0, [&here, &new]);
+                let back = (decay, new.width::<FullMetropolis>());
+                let odds = friction_odds::<3>(axis, [u, after], [there, back]);
+                if !metropolis || chance[0] < weight(then) - weight(e) + odds {
                     (u, e) = (after, then);
                 }
             }
             let here = ends(e);
-            let gain = here.conduct(&exchange.heat_at(1.0, &here, true), xi[3], true);
+            let decay = exchange.heat_at(1.0, &here, true);
+            let gain = here.conduct(&decay, xi[3], true);
             let then = [e[0] + gain, e[1] - gain];
             if then[0] > 0.0 && then[1] > 0.0 {
-                let back = exchange.heat_proposal(1.0, &ends(then), -gain);
-                let there = exchange.heat_proposal(1.0, &here, gain);
-                if !metropolis || chance[1] < weight(then) - weight(e) + back - there {
+                let new = ends(then);
+                let other = exchange.heat_at(1.0, &new, true);
+                let odds = heat_odds(gain, (&here, &decay), (&new, &other));
+                if !metropolis || chance[1] < weight(then) - weight(e) + odds {
                     e = then;
                 }
             }
