@@ -2,7 +2,9 @@
 //! and docs, and words the error where a combination does not exist.
 
 use crate::error::{Error, Result};
-use crate::integrator::{Integrator, PairSplitting, ThermalSplitting, VelocityVerlet};
+use crate::integrator::{
+    Integrator, PairSplitting, ThermalSplitting, ThermalVerlet, VelocityVerlet,
+};
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::physics::{
     Adiabatic, Bath, BathAndConduction, Central, Conduction, ConductionVariable, Exchanges,
@@ -93,12 +95,6 @@ impl Combination {
                 )
             });
         }
-        if self.integrator != "pair_splitting" {
-            return Some(format!(
-                "`integrator` must be \"pair_splitting\" where particles have an energy, got {:?}",
-                self.integrator
-            ));
-        }
         let without = [Adiabatic::NAME, Conduction::NAME, ConductionVariable::NAME];
         let frictionless = without.contains(&self.exchanges.as_str());
         if frictionless != (self.friction == "none") {
@@ -152,7 +148,7 @@ pub fn build(wish: &Combination, iterations: u32) -> Result<Box<dyn Integrator>>
 
 fn with_exchanges<const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
     match wish.exchanges.as_str() {
-        Adiabatic::NAME => thermal::<Adiabatic, Silent, D>(wish),
+        Adiabatic::NAME => with_scheme::<Adiabatic, Silent, D>(wish),
         Full::NAME => thermal_with_noise::<Full, D>(wish),
         FullVariable::NAME => thermal_with_noise::<FullVariable, D>(wish),
         Heating::NAME => thermal_with_noise::<Heating, D>(wish),
@@ -165,30 +161,50 @@ fn with_exchanges<const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
 }
 
 fn thermal_with_noise<X: Exchanges, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
-    if wish.noise == Silent::NAME {
-        thermal::<X, Silent, D>(wish)
-    } else {
-        thermal::<X, Gaussian, D>(wish)
+    match wish.noise.as_str() {
+        Silent::NAME => with_scheme::<X, Silent, D>(wish),
+        Gaussian::NAME => with_scheme::<X, Gaussian, D>(wish),
+        _ => verlet::<X, Uniform, D>(wish),
     }
 }
 
-/// Kernel and form of friction are no types of this loop: one compiled loop serves all of them.
-fn thermal<X: Exchanges, V: Variate, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
-    fn with_kernel<X: Exchanges, V: Variate, K: Kernel, const D: usize>(
-        wish: &Combination,
-    ) -> ThermalSplitting<X, V, D> {
-        match wish.friction.as_str() {
-            General::NAME => ThermalSplitting::new::<K, General>(),
-            Central::NAME => ThermalSplitting::new::<K, Central>(),
-            _ => ThermalSplitting::new::<K, Frictionless>(),
-        }
+fn with_scheme<X: Exchanges, V: Variate, const D: usize>(
+    wish: &Combination,
+) -> Box<dyn Integrator> {
+    match wish.integrator.as_str() {
+        "velocity_verlet" => verlet::<X, V, D>(wish),
+        _ => splitting::<X, V, D>(wish),
     }
-    Box::new(match wish.kernel.as_str() {
-        Lucy::NAME => with_kernel::<X, V, Lucy, D>(wish),
-        QuinticSpline::NAME => with_kernel::<X, V, QuinticSpline, D>(wish),
-        WendlandC2::NAME => with_kernel::<X, V, WendlandC2, D>(wish),
-        _ => with_kernel::<X, V, WendlandC4, D>(wish),
-    })
+}
+
+/// A thermal integrator with the sweeps of a kernel. Kernel and form of friction are no types of its
+/// loop: one compiled loop serves all of them.
+macro_rules! with_sweeps {
+    ($scheme:ident, $wish:expr) => {
+        match ($wish.kernel.as_str(), $wish.friction.as_str()) {
+            (Lucy::NAME, friction) => with_sweeps!($scheme, Lucy, friction),
+            (QuinticSpline::NAME, friction) => with_sweeps!($scheme, QuinticSpline, friction),
+            (WendlandC2::NAME, friction) => with_sweeps!($scheme, WendlandC2, friction),
+            (_, friction) => with_sweeps!($scheme, WendlandC4, friction),
+        }
+    };
+    ($scheme:ident, $kernel:ident, $friction:ident) => {
+        match $friction {
+            General::NAME => $scheme::new::<$kernel, General>(),
+            Central::NAME => $scheme::new::<$kernel, Central>(),
+            _ => $scheme::new::<$kernel, Frictionless>(),
+        }
+    };
+}
+
+fn splitting<X: Exchanges, V: Variate, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
+    let made: ThermalSplitting<X, V, D> = with_sweeps!(ThermalSplitting, wish);
+    Box::new(made)
+}
+
+fn verlet<X: Exchanges, V: Variate, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
+    let made: ThermalVerlet<X, V, D> = with_sweeps!(ThermalVerlet, wish);
+    Box::new(made)
 }
 
 fn with_kernel<const D: usize>(wish: &Combination, iterations: u32) -> Box<dyn Integrator> {
@@ -231,7 +247,10 @@ mod tests {
         let all = combinations();
         // isothermal; then friction (2 forms) with noise or without, and without friction
         let isothermal = 2 * (2 + 2 + 1) + 2;
-        assert_eq!(all.len(), 2 * 4 * (isothermal + 2 * 2 * 6 + 2 * 2 + 1));
+        let splitting = 2 * 2 * 6 + 2 * 2 + 1;
+        // with energies velocity Verlet takes uniform noise too
+        let verlet = 3 * 2 * 6 + 3 * 2 + 1;
+        assert_eq!(all.len(), 2 * 4 * (isothermal + splitting + verlet));
         for combination in &all {
             assert!(build(combination, 1).is_ok());
         }
@@ -244,11 +263,18 @@ mod tests {
         let text = build(&wish, 0).err().unwrap().to_string();
         assert!(text.contains("nothing to balance"));
         wish.exchanges = "conduction".into();
-        wish.integrator = "velocity_verlet".into();
+        for (integrator, noise) in [
+            ("velocity_verlet", "gaussian"),
+            ("velocity_verlet", "uniform"),
+            ("pair_splitting", "gaussian"),
+        ] {
+            (wish.integrator, wish.noise) = (integrator.into(), noise.into());
+            assert!(build(&wish, 0).is_ok());
+        }
+        wish.noise = "uniform".into();
         let text = build(&wish, 0).err().unwrap().to_string();
-        assert!(text.contains("`integrator` must be"));
-        wish.integrator = "pair_splitting".into();
-        assert!(build(&wish, 0).is_ok());
+        assert!(text.contains("`noise` must be"));
+        wish.noise = "gaussian".into();
         wish.exchanges = "full".into();
         let text = build(&wish, 0).err().unwrap().to_string();
         assert!(text.contains("`exchanges` must be one of"));

@@ -103,9 +103,10 @@ pub struct Fields {
     pub heat: usize,
     /// Entropy per mass before the drift.
     pub entropy: usize,
-    /// Internal energy before the drift, less the work done since.
+    /// Internal energy before the drift, less the work done since; in velocity Verlet, the thermal
+    /// energy without the predictor's part.
     pub energy: usize,
-    /// Sums of the work sweep.
+    /// Sums of the work sweep; in velocity Verlet, temperatures at the start of the step.
     pub work: usize,
 }
 

@@ -2,6 +2,7 @@
 
 mod friction;
 mod thermal;
+mod thermal_rates;
 
 pub use friction::{
     Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms,
@@ -11,3 +12,4 @@ pub use thermal::{
     Adiabatic, Bath, BathAndConduction, Conduction, ConductionVariable, Exchanges, FrictionDecay,
     Full, FullVariable, HeatDecay, Heating, HeatingVariable, PairThermal, ThermalExchange,
 };
+pub use thermal_rates::{PairState, ThermalRates};

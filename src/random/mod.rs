@@ -21,6 +21,8 @@ pub enum Stream {
     PairExchange = 2,
     /// Exchange of momentum and heat of the thermal splitting.
     PairThermal = 5,
+    /// Random force and heat of velocity Verlet with energies.
+    PairThermalForce = 6,
     /// Initial velocities.
     InitialVelocity = 3,
     /// Initial positions.
@@ -34,6 +36,7 @@ impl Stream {
             "pair_force" => Self::PairForce,
             "pair_exchange" => Self::PairExchange,
             "pair_thermal" => Self::PairThermal,
+            "pair_thermal_force" => Self::PairThermalForce,
             "initial_velocity" => Self::InitialVelocity,
             "initial_position" => Self::InitialPosition,
             _ => return None,
