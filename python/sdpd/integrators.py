@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sdpd import validation
+
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
 
 __all__ = ["Integrator", "PairSplitting", "VelocityVerlet"]
 
@@ -23,10 +26,14 @@ class Integrator:
 class VelocityVerlet(Integrator):
     """Velocity Verlet with the friction evaluated at predicted velocities: the cheapest step.
 
+    With energies it is a Runge-Kutta method of second order for friction and heat, along adiabats: to
+    compare `PairSplitting` with, as it conserves the energy to the order of the step only and needs
+    a small one. It knows no walls there.
+
     Parameters
     ----------
     iterations : int
-        At most 1000. Further evaluations of the friction at the end of the step. 0: the force of
+        At most 1000, and 0 with energies. Further evaluations of the friction at the end of the step. 0: the force of
         the step serves the next one (Bian et al. 2015, appendix B); 1: once with the new
         velocities; 2 or more: the iteration of Yang 2013, Table 4, S-6 to S-8. They cost sweeps and
         accuracy: the temperature comes out too low by 0.015, 0.27 and 0.52 dt/tau (tau: friction
@@ -96,7 +103,7 @@ def resolve(
     Raises
     ------
     ValueError
-        If there is no integrator of that name, or it does not know of energies.
+        If there is no integrator of that name, or it cannot be as it is with energies.
     TypeError
         If it is neither.
     """
@@ -107,9 +114,27 @@ def resolve(
     expected = "sdpd.PairSplitting(), sdpd.VelocityVerlet() or one of their names"
     kinds = (PairSplitting, VelocityVerlet)
     chosen = validation.instance("integrator", integrator, kinds, expected)
-    if energy and not isinstance(chosen, PairSplitting):
+    if energy and chosen.iterations > 0:
         raise ValueError(
-            "`integrator` must be sdpd.PairSplitting() where the fluid has an energy, got "
+            "`integrator.iterations` must be 0 where the fluid has an energy: velocity Verlet then "
+            f"evaluates all rates twice a step, got {chosen.iterations}"
+        )
+    return chosen
+
+
+def of_scene(scene: Scene, integrator: Integrator | str | None = None) -> Integrator:
+    """The integrator of a scene; see `resolve`.
+
+    Raises
+    ------
+    ValueError
+        If it does not know walls that give and take heat.
+    """
+    active = scene.active_effects
+    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
+    if scene.walls and active.energy and not isinstance(chosen, PairSplitting):
+        raise ValueError(
+            "`integrator` must be sdpd.PairSplitting() where a fluid with an energy has walls, got "
             f"{chosen!r}"
         )
     return chosen

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdpd import structure, validation
-from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet, resolve
+from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet, of_scene
 
 if TYPE_CHECKING:
     from sdpd.scene import Scene
@@ -240,7 +240,7 @@ def bounds(
     error = validation.positive("temperature_error", temperature_error)
     vacf = validation.boolean("resolve_vacf", resolve_vacf)
     active = scene.active_effects
-    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
+    chosen = of_scene(scene, integrator)
     found = _acoustic(scene)
     if active.dissipation and isinstance(chosen, PairSplitting):
         found += _splitting_friction(scene, vacf)
@@ -339,7 +339,7 @@ def expected_errors(
     """
     step = validation.positive("dt", dt)
     active = scene.active_effects
-    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
+    chosen = of_scene(scene, integrator)
     temperature = viscosity = variance = None
     if active.dissipation:
         ratio = step / scene.friction_time
