@@ -101,12 +101,11 @@ impl WallHeat {
 pub struct Fields {
     /// Thermal energy C T.
     pub heat: usize,
-    /// Entropy per mass before the drift.
+    /// Entropy per mass before the drift; after it, what velocity Verlet wants to keep.
     pub entropy: usize,
-    /// Internal energy before the drift, less the work done since; in velocity Verlet, the thermal
-    /// energy without the predictor's part.
+    /// Internal energy before the drift, less the work done since.
     pub energy: usize,
-    /// Sums of the work sweep; in velocity Verlet, temperatures at the start of the step.
+    /// Sums of the work sweep; during a drift of velocity Verlet, temperatures of the noise.
     pub work: usize,
 }
 

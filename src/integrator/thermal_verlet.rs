@@ -1,14 +1,18 @@
 //! Velocity Verlet of a fluid with an energy: positions and momenta by Verlet, energies by a
 //! Runge-Kutta method of second order (Yang 2013, Table 4, corrected). For comparison with the
-//! splitting. R are forces and rates of heat (sweep/thermal_force.rs):
-//!     (v, E) += R dt/2 at the start of the step; drift along adiabats;
-//!     predictor (v, E) + R dt/2;  (v, E) += R' dt/2 at the predictor.
-//! Between the halves entropies stay, so the work of pressure needs no sum. Without noise the step is
-//! of second order. Both halves have the same draw. Its width is that of the temperatures at the
-//! start, as Ito's equations want it, while the work -f.u/2 of a pair's force is half and half that
-//! with the velocities at the start and at the end: its mean is the loss of energy to the noise, and
-//! to stage 1 and 2 alike no further term belongs (with the velocities of Table 4, after half a kick,
-//! it would be half of the loss). Energy is conserved to the order of the step only.
+//! splitting. With R for forces and rates of heat (sweep/thermal_force.rs) a step is
+//!     (v, E) += R dt/2;  drift, along adiabats;
+//!     R' at the predictor (v, E) + R dt/2;  (v, E) += R' dt/2.
+//! Without noise it is of second order. Noise is drawn once a step, at the temperatures of its start,
+//! as Ito's equations want it. The heat -f.u/2 of a pair has the velocities of its stage, half those
+//! at the start and half those at the end: the mean of this product is the loss of energy to the
+//! noise, and no further term is due. (Table 4 has the velocities after half a kick, where that mean
+//! is half of the loss.)
+//!
+//! The books: work of pressure is summed with the velocities of the stages too. What the forces do
+//! with the mean velocities of the half kicks, which is what kinetic energy changes by, differs from
+//! that by m dt^2 (f - f')^2/8, and each particle pays for itself. Then the total energy holds to
+//! rounding; without books the adiabat stands, and the energy rises by that sum.
 //! Heat that would leave a particle with none is not given: counted as refused, and as unbooked.
 
 use std::marker::PhantomData;
@@ -59,35 +63,42 @@ fn prepare(particles: &mut Particles, thermal: &Thermal, stage: Stage) {
         .zip(heat)
         .zip(noise)
         .with_min_len(GRAIN)
-        .for_each(|(((((velocity, state), &v), carried), &mut heat), noise)| {
-            let [temperature, inverse_capacity] = temperature_and_capacity(thermal, heat);
-            *velocity = v;
-            match stage {
-                Stage::Start => *noise = temperature,
-                Stage::Predictor => {
-                    for a in 0..3 {
-                        velocity[a] += carried[a];
+        .for_each(
+            |(((((velocity, state), &v), carried), &mut heat), &mut noise)| {
+                let [now, inverse_capacity] = temperature_and_capacity(thermal, heat);
+                *velocity = v;
+                let start = match stage {
+                    Stage::Start => now,
+                    Stage::Predictor => {
+                        for a in 0..3 {
+                            velocity[a] += carried[a];
+                        }
+                        noise
                     }
-                }
-            }
-            *state = [temperature, *noise, inverse_capacity, 0.0];
-        });
+                };
+                *state = [now, start, inverse_capacity, 0.0];
+            },
+        );
 }
 
-/// Gives the heat of half a step, and notes in `carried` what it and the kick just made have changed
-/// (`scratch` holds the mean velocities of the kick).
-fn give_heat(particles: &mut Particles, thermal: &mut Thermal, t: f64) {
+/// Gives the heat of half a step of length t whose kick was just made, with its mean velocities in
+/// `scratch`. Into the field `work` goes what the books take off: work of pressure, and what the
+/// forces do with the mean velocities beyond what they do with those of the stage. `carried` becomes
+/// what the first half has changed, which is the second half's predictor.
+fn give_heat(particles: &mut Particles, thermal: &mut Thermal, t: f64, stage: Stage, heated: bool) {
     let mut unbooked = std::mem::take(&mut thermal.input);
-    let heat = &mut particles.scalars[thermal.fields.heat].values;
+    let fields = thermal.fields;
+    let [heat, work] = pick(&mut particles.scalars, [fields.heat, fields.work]);
     let refused = heat
         .par_iter_mut()
+        .zip(work)
         .zip(&mut particles.carried)
         .zip(&particles.force)
         .zip(&particles.velocity)
         .zip(&particles.scratch)
         .zip(&mut unbooked)
         .with_min_len(GRAIN)
-        .map(|(((((heat, carried), rate), v), mean), unbooked)| {
+        .map(|((((((heat, work), carried), rate), v), mean), unbooked)| {
             let mut given = t * rate[3];
             *unbooked = 0.0;
             let refused = *heat + given <= 0.0;
@@ -96,10 +107,18 @@ fn give_heat(particles: &mut Particles, thermal: &mut Thermal, t: f64) {
                 given = 0.0;
             }
             *heat += given;
+            let mut beyond = 0.0;
             for a in 0..3 {
-                carried[a] = 2.0 * (v[a] - mean[a]);
+                let gain = v[a] - mean[a];
+                let lag = match stage {
+                    Stage::Start => gain,
+                    Stage::Predictor => gain - carried[a],
+                };
+                beyond += rate[a] * lag;
+                carried[a] = 2.0 * gain;
             }
             carried[3] = given;
+            *work = t * (v[3] * *work + if heated { beyond } else { 0.0 });
             u64::from(refused)
         })
         .sum::<u64>();
@@ -108,10 +127,30 @@ fn give_heat(particles: &mut Particles, thermal: &mut Thermal, t: f64) {
     thermal.input = unbooked;
 }
 
-/// Sets energies to those of the predictor, and keeps what they were in the field `energy`.
+/// Takes what half a step has done off the energies: of the first half heat is in them already.
+/// After it, `work` keeps the temperatures of the noise over the drift.
+fn book(particles: &mut Particles, thermal: &Thermal, stage: Stage) {
+    let fields = thermal.fields;
+    let [energy, work] = pick(&mut particles.scalars, [fields.energy, fields.work]);
+    energy
+        .par_iter_mut()
+        .zip(work)
+        .zip(&particles.carried)
+        .zip(&particles.drag)
+        .with_min_len(GRAIN)
+        .for_each(|(((energy, work), carried), state)| match stage {
+            Stage::Start => {
+                *energy -= *work;
+                *work = state[1];
+            }
+            Stage::Predictor => *energy += carried[3] - *work,
+        });
+}
+
+/// Sets energies to those of the predictor, and keeps what they were in the field `entropy`.
 fn predict_heat(particles: &mut Particles, thermal: &Thermal) {
     let fields = thermal.fields;
-    let [heat, base] = pick(&mut particles.scalars, [fields.heat, fields.energy]);
+    let [heat, base] = pick(&mut particles.scalars, [fields.heat, fields.entropy]);
     heat.par_iter_mut()
         .zip(base)
         .zip(&particles.carried)
@@ -127,7 +166,7 @@ fn predict_heat(particles: &mut Particles, thermal: &Thermal) {
 /// Puts the energies back that `predict_heat` has kept.
 fn forget_prediction(particles: &mut Particles, thermal: &Thermal) {
     let fields = thermal.fields;
-    let [heat, base] = pick(&mut particles.scalars, [fields.heat, fields.energy]);
+    let [heat, base] = pick(&mut particles.scalars, [fields.heat, fields.entropy]);
     heat.copy_from_slice(base);
 }
 
@@ -169,28 +208,34 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalVerlet<X, V, D> {
             rates: thermal.pair.rates(dt),
             key: SweepKey::new(engine.seed, Stream::PairThermalForce, started, 0),
         };
-        thermal_forces::<X, V, D>(particles, &sweep, tally.as_mut());
+        thermal_forces::<X, V, D>(particles, thermal.fields.work, &sweep, tally.as_mut());
     }
 
     /// Half a step with the rates at hand.
-    fn half_step(engine: &mut Engine, t: f64) {
+    fn half_step(engine: &mut Engine, t: f64, stage: Stage) {
         engine.mean_velocities(t);
         if let Some(thermal) = &mut engine.thermal {
             thermal.book_input();
         }
         engine.kick(t);
-        if let Some(thermal) = &mut engine.thermal {
-            give_heat(&mut engine.particles, thermal, t);
+        let Engine {
+            particles, thermal, ..
+        } = engine;
+        if let Some(thermal) = thermal {
+            // What friction does against a bath is in nobody's energy.
+            let heated = X::HEATING || !X::FRICTION;
+            give_heat(particles, thermal, t, stage, heated);
+            if stage == Stage::Start {
+                thermal.open(particles);
+            }
+            book(particles, thermal, stage);
         }
     }
 
     fn advance(&self, engine: &mut Engine, dt: f64) -> Result<()> {
         let started = engine.step;
         self.rates(engine, dt, started, Stage::Start);
-        Self::half_step(engine, 0.5 * dt);
-        if let Some(thermal) = &engine.thermal {
-            thermal.open(&mut engine.particles);
-        }
+        Self::half_step(engine, 0.5 * dt, Stage::Start);
         drift::<D>(engine, dt, self.shuffles())?;
         engine.step += 1;
         (self.sweeps.densities)(engine);
@@ -202,7 +247,11 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalVerlet<X, V, D> {
         if let Some(thermal) = &engine.thermal {
             forget_prediction(&mut engine.particles, thermal);
         }
-        Self::half_step(engine, 0.5 * dt);
+        Self::half_step(engine, 0.5 * dt, Stage::Predictor);
+        match &mut engine.thermal {
+            Some(thermal) if thermal.bookkeeping => thermal.close(&mut engine.particles),
+            _ => {}
+        }
         Ok(())
     }
 

@@ -31,8 +31,8 @@ struct Lanes {
     sign: [f64; CHUNK],
     xi: [[f64; CHUNK]; 4],
     force: [[f64; CHUNK]; 3],
-    /// Heat that both get, and heat from j to i.
-    heat: [[f64; CHUNK]; 2],
+    /// Heat that both get, heat from j to i, and the work F r.u of unit pressures.
+    heat: [[f64; CHUNK]; 3],
     /// Momentum by part, where the tally keeps parts apart.
     drag: [[f64; CHUNK]; 3],
     random: [[f64; CHUNK]; 3],
@@ -46,6 +46,7 @@ struct ForceTask<'a, X, V, const D: usize> {
     state: &'a [[f64; 4]],
     id: &'a [u64],
     force: Shared<'a, [f64; 4]>,
+    work: Shared<'a, f64>,
     slopes: Slopes,
     rates: ThermalRates,
     key: SweepKey,
@@ -181,9 +182,12 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
                 let xi = V::ON.then_some(lanes.xi[3][k]);
                 lanes.heat[1][k] = self.rates.conduction::<X>(g, &state, xi);
             }
+            let mut approach = 0.0;
             for a in 0..D {
                 lanes.force[a][k] = force[a];
+                approach += r[a] * u[a];
             }
+            lanes.heat[2][k] = slope * approach;
         }
     }
 
@@ -192,24 +196,31 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
         let mut k = 0;
         while k < count {
             let head = lanes.head[k];
-            let mut sum = [0.0; 4];
+            let (mut sum, mut work) = ([0.0; 4], 0.0);
             while k < count && lanes.head[k] == head {
+                let other = lanes.other[k];
                 // SAFETY: blocks of one colour share no particle, and other != head.
-                let target = unsafe { self.force.slot(lanes.other[k]) };
+                let target = unsafe { self.force.slot(other) };
                 for a in 0..D {
                     let f = lanes.force[a][k];
                     sum[a] += f;
                     target[a] -= f;
                 }
-                let [both, across] = [lanes.heat[0][k], lanes.heat[1][k]];
+                let [both, across, approach] = lanes.heat.map(|heat| heat[k]);
                 sum[3] += both + across;
                 target[3] += both - across;
+                work += approach;
+                // SAFETY: as above.
+                unsafe { *self.work.slot(other) += approach };
                 k += 1;
             }
             // SAFETY: as above.
-            let target = unsafe { self.force.slot(head) };
-            for a in 0..4 {
-                target[a] += sum[a];
+            unsafe {
+                let target = self.force.slot(head);
+                for a in 0..4 {
+                    target[a] += sum[a];
+                }
+                *self.work.slot(head) += work;
             }
         }
     }
@@ -248,7 +259,7 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ForceTask<'_, X, V, D> {
             sign: zero,
             xi: [zero; 4],
             force: zeros,
-            heat: [zero; 2],
+            heat: [zero; 3],
             drag: zeros,
             random: zeros,
         };
@@ -297,16 +308,21 @@ pub struct ThermalForceSweep<'a> {
     pub key: SweepKey,
 }
 
-/// Sets `force` to forces and, in the last lane, rates of heat; velocities and P/d^2 are those in
-/// `scratch`, and `drag` holds temperatures, those of the noise, and 1/k.
+/// Sets `force` to forces and, in the last lane, rates of heat, and the field `work` to the sums of
+/// `pair_work`; velocities and P/d^2 are those in `scratch`, and `drag` holds temperatures, those of
+/// the noise, and 1/k.
 pub fn thermal_forces<X: Exchanges, V: Variate, const D: usize>(
     particles: &mut Particles,
+    work: usize,
     sweep: &ThermalForceSweep<'_>,
     mut tally: Option<&mut Tally>,
 ) {
     let sums = tally.as_deref_mut().map(Tally::begin);
     particles.force.fill([0.0; 4]);
     let force = Shared::new(&mut particles.force);
+    let work = &mut particles.scalars[work].values;
+    work.fill(0.0);
+    let work = Shared::new(work);
     let (position, id) = (&particles.position, &particles.id);
     let (velocity, state) = (&particles.scratch, &particles.drag);
     for_each_block(sweep.grid, sweep.list, false, &|number, block| {
@@ -318,6 +334,7 @@ pub fn thermal_forces<X: Exchanges, V: Variate, const D: usize>(
             state,
             id,
             force,
+            work,
             slopes: sweep.slopes,
             rates: sweep.rates,
             key: sweep.key,

@@ -18,6 +18,7 @@ from .test_thermal_against_twin import (
     same_bits,
     scaled,
 )
+from .test_walls_against_twin import slab
 from .thermal_build import (
     EXCHANGES,
     VARIABLE,
@@ -38,8 +39,10 @@ def small(dimension: int, **options: Any) -> ThermalSystem:
     return thermal_problem(dimension, **{**SMALL[dimension], **options})
 
 
-def assert_same_steps(system: ThermalSystem, steps: int, tolerance: float) -> ThermalSystem:
-    """The state after so many steps, which core and twin agree on, accounts included."""
+def assert_same_steps(
+    system: ThermalSystem, steps: int, tolerance: float
+) -> tuple[ThermalSystem, Accounts]:
+    """The state after so many steps, which core and twin agree on, and what was exchanged."""
     sim, accounts, state = thermal_core(system, **VERLET), Accounts(), system
     for step in range(steps):
         state = thermal_verlet_step(state, step, accounts)
@@ -49,25 +52,32 @@ def assert_same_steps(system: ThermalSystem, steps: int, tolerance: float) -> Th
     assert got["refused"] == accounts.refused
     for name in ("body_work", "unbooked", "discarded"):
         assert got[name] == pytest.approx(getattr(accounts, name), abs=1e-10)
-    return state
+    return state, accounts
 
 
+@pytest.mark.parametrize("bookkeeping", [True, False])
 @pytest.mark.parametrize("exchanges", [*EXCHANGES, *VARIABLE])
 @pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_steps_without_noise(dimension: int, exchanges: str) -> None:
-    """Kernel, friction, equation of state and body force change along."""
-    index = dimension + (*EXCHANGES, *VARIABLE).index(exchanges)
+def test_steps_without_noise(dimension: int, exchanges: str, bookkeeping: bool) -> None:
+    """Kernel, friction and equation of state change along."""
+    index = dimension + (*EXCHANGES, *VARIABLE).index(exchanges) + bookkeeping
     system = small(
         dimension,
         exchanges=exchanges,
+        bookkeeping=bookkeeping,
         kernel=("lucy", "wendland_c2")[index % 2],
         friction=("general", "central")[index // 2 % 2],
         eos=("liquid", "ideal_gas")[index % 2],
         conductivity=100.0,
         body_force=(3.0, -2.0, 1.0)[:dimension],
-        body_wave=(1, 1) if exchanges == "heating" else None,
+        body_wave=(1, 1) if exchanges in ("heating", "adiabatic") else None,
     )
-    state = assert_same_steps(system, 5, QUIET)
+    before = system.total_energy()
+    state, accounts = assert_same_steps(system, 5, QUIET)
+    if bookkeeping and not exchanges.startswith("bath"):
+        gained = state.total_energy() - before
+        assert gained == pytest.approx(accounts.body_work, abs=1e-11 * abs(before))
+        assert abs(accounts.discarded) > 1e-6
     assert np.abs(state.temperatures / system.temperatures - 1.0).max() > 1e-4
 
 
@@ -88,7 +98,7 @@ def test_steps_with_noise(
         friction=("general", "central")[dimension % 2],
         dt=0.004,
     )
-    state = assert_same_steps(system, 3, QUIET)
+    state, _ = assert_same_steps(system, 3, QUIET)
     assert np.std(state.temperatures) > 0.05 or exchanges == "bath"
 
 
@@ -109,7 +119,7 @@ def test_heat_that_would_leave_none_is_not_given() -> None:
         dt=0.02,
     )
     sim, accounts = thermal_core(system, **VERLET), Accounts()
-    state = system
+    before, state = core_energy(sim), system
     for step in range(3):
         state = thermal_verlet_step(state, step, accounts)
     sim.run(3, system.dt)
@@ -117,23 +127,59 @@ def test_heat_that_would_leave_none_is_not_given() -> None:
     assert sim.energy_accounts()["refused"] == accounts.refused > 2
     assert sim.energy_accounts()["unbooked"] == pytest.approx(accounts.unbooked, rel=1e-9)
     assert accounts.unbooked > 0.1
+    assert core_energy(sim) - before == pytest.approx(accounts.unbooked, rel=1e-9)
 
 
+def thin(exchanges: str) -> ThermalSystem:
+    """Little friction: errors of second order rule at steps that are long beside those of rounding."""
+    s = small(3, exchanges=exchanges, conductivity=100.0)
+    return replace(
+        s, friction_across=0.1 * s.friction_across, friction_along=0.1 * s.friction_along
+    )
+
+
+@pytest.mark.parametrize("bookkeeping", [True, False])
 @pytest.mark.parametrize("exchanges", [*EXCHANGES, *VARIABLE])
-def test_it_is_of_second_order_without_noise(exchanges: str) -> None:
-    system = small(3, exchanges=exchanges, conductivity=100.0)
-    for name, order in order_of_convergence(system, 0.064, 32, **VERLET).items():
-        assert order == pytest.approx(2.0, abs=0.05), name
+def test_it_is_of_second_order_without_noise(exchanges: str, bookkeeping: bool) -> None:
+    system = replace(thin(exchanges), bookkeeping=bookkeeping)
+    for name, order in order_of_convergence(system, 0.064, 64, **VERLET).items():
+        assert order == pytest.approx(2.0, abs=0.03), name
 
 
+@pytest.mark.parametrize("exchanges", ["full", "full_variable", "heating", "conduction"])
 @pytest.mark.parametrize("noise", ["none", "gaussian"])
 @pytest.mark.parametrize("dimension", DIMENSIONS)
-def test_momentum_to_rounding(dimension: int, noise: str) -> None:
-    system = small(dimension, exchanges="full_variable", noise=noise, eos="liquid", dt=0.002)
-    sim, steps = thermal_core(system, **VERLET), 100
-    sim.run(steps, system.dt)
+def test_energy_and_momentum_to_rounding(dimension: int, noise: str, exchanges: str) -> None:
+    system = small(dimension, exchanges=exchanges, noise=noise, eos="liquid", dt=0.002)
+    wave = replace(system, body_force=(3.0, -2.0, 1.0)[:dimension], body_wave=(1, 1))
+    sim, driven = thermal_core(system, **VERLET), thermal_core(wave, **VERLET)
+    steps, before = 100, core_energy(sim)
+    for each in (sim, driven):
+        each.run(steps, system.dt)
     scale = np.sqrt(steps * system.size) * np.finfo(float).eps * 100.0
     assert np.all(np.abs(sim.velocities.sum(axis=0)) < scale)
+    assert abs(core_energy(sim) - before) < 1e-12 * abs(before)
+    accounts = driven.energy_accounts()
+    assert abs(accounts["discarded"]) > 1e-5
+    assert accounts["body_work"] != 0.0
+    gained = core_energy(driven) - before - accounts["body_work"]
+    assert abs(gained) < 1e-12 * abs(before)
+
+
+@pytest.mark.parametrize("exchanges", ["full", "heating", "conduction_variable"])
+def test_both_integrators_tend_to_the_same_motion(exchanges: str) -> None:
+    """Without noise they differ by errors of second order: a quarter for half the step."""
+    differences = []
+    for n in (64, 128, 256):
+        system = replace(thin(exchanges), dt=0.064 / n)
+        one, other = thermal_core(system, **VERLET), thermal_core(system)
+        for sim in (one, other):
+            sim.run(n, system.dt)
+        pairs = [(np.asarray(s.velocities), np.asarray(s.temperatures)) for s in (one, other)]
+        differences.append([np.abs(a - b).max() for a, b in zip(*pairs, strict=True)])
+    table = np.array(differences)
+    np.testing.assert_allclose(table[:-1] / table[1:], 4.0, rtol=0.05)
+    assert table[-1].max() < 1e-4
 
 
 def energy_error(system: ThermalSystem, steps: int) -> float:
@@ -143,12 +189,12 @@ def energy_error(system: ThermalSystem, steps: int) -> float:
     return core_energy(sim) - before
 
 
-@pytest.mark.parametrize("exchanges", ["full", "full_variable"])
-def test_energy_without_noise_to_second_order(exchanges: str) -> None:
-    system = small(3, exchanges=exchanges, conductivity=100.0)
-    errors = [energy_error(replace(system, dt=0.064 / n), n) for n in (32, 64, 128)]
+@pytest.mark.parametrize("exchanges", ["full", "full_variable", "adiabatic"])
+def test_without_books_energy_errs_at_second_order(exchanges: str) -> None:
+    system = replace(thin(exchanges), bookkeeping=False)
+    errors = [energy_error(replace(system, dt=0.064 / n), n) for n in (64, 128, 256)]
     ratios = [a / b for a, b in zip(errors, errors[1:], strict=False)]
-    assert ratios == pytest.approx([4.0, 4.0], rel=0.1)
+    assert ratios == pytest.approx([4.0, 4.0], rel=0.05)
 
 
 @pytest.mark.parametrize("exchanges", ["full", "full_variable", "bath", "conduction"])
@@ -194,10 +240,12 @@ def test_bits_on_any_number_of_threads_and_across_save_and_load(
     assert same_bits(one, two)
     assert same_bits(one, again)
     assert one.statistics()["grid_renewals"] > 1
-    assert one.energy_accounts()["body_work"] == again.energy_accounts()["body_work"]
+    assert one.energy_accounts()["discarded"] == pytest.approx(
+        again.energy_accounts()["discarded"], rel=1e-12
+    )
 
 
 def test_walls_are_refused() -> None:
-    system = thermal_wall_problem("planes", 3, [("adiabatic", [])], exchanges="full")
+    system = thermal_wall_problem(slab, 3, [("adiabatic", [])], exchanges="full")
     with pytest.raises(ValueError, match="`integrator` must be .* has walls"):
         thermal_core(system, **VERLET)
