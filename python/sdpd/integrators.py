@@ -33,11 +33,11 @@ class VelocityVerlet(Integrator):
     Parameters
     ----------
     iterations : int
-        At most 1000, and 0 with energies. Further evaluations of the friction at the end of the step. 0: the force of
-        the step serves the next one (Bian et al. 2015, appendix B); 1: once with the new
-        velocities; 2 or more: the iteration of Yang 2013, Table 4, S-6 to S-8. They cost sweeps and
-        accuracy: the temperature comes out too low by 0.015, 0.27 and 0.52 dt/tau (tau: friction
-        time of a particle).
+        At most 1000, and 0 with energies. Further evaluations of the friction at the end of the
+        step. 0: the force of the step serves the next one (Bian et al. 2015, appendix B); 1: once
+        with the new velocities; 2 or more: the iteration of Yang 2013, Table 4, S-6 to S-8. They
+        cost sweeps and accuracy: the temperature comes out too low by 0.015, 0.27 and 0.52 dt/tau
+        (tau: friction time of a particle).
     noise : {"uniform", "gaussian"}
         Variates of the random force: with the right first two moments, which is all a first-order
         scheme sees, or normal.

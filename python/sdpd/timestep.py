@@ -34,8 +34,8 @@ ACOUSTIC_STABILITY = 0.6  # of the explicit limit, itself an estimate
 # Verlet: how much too cold per dt/tau, with 0, 1 and more re-evaluations of the friction: measured,
 # and 0, 1/4 and 1/2 for one linear mode (docs/theory/time_integration).
 VERLET_TEMPERATURE_SLOPE = (0.015, 0.27, 0.52)
-# Verlet with energies: how much too cold per (dt/tau)^2, and too little Var T per (dt/tau_q)^2, with
-# what several modes add to the 1/4 of one (docs/theory/energy).
+# Verlet with energies: how much too cold per (dt/tau)^2, and too little Var T per (dt/tau_q)^2:
+# measured, and 1/4 for one linear mode (docs/theory/energy).
 VERLET_ENERGY_CURVATURE, VERLET_HEAT_CURVATURE = 0.4, 0.4
 # Explicit friction and conduction: half of 2/lambda_max, which is 1.24 tau and 1.35 tau_q at least
 # over kernels and supports.
@@ -216,7 +216,9 @@ def _verlet_friction(
     viscous = math.inf
     if eta > 0.0:
         viscous = 0.03 * scene.support_radius**2 * scene.fluid.density / eta
-    value, formula = min((viscous, "0.03 h^2 rho/eta"), (STABLE_SHARE * tau, f"{STABLE_SHARE:g} tau"))
+    value, formula = min(
+        (viscous, "0.03 h^2 rho/eta"), (STABLE_SHARE * tau, f"{STABLE_SHARE:g} tau")
+    )
     found.append(
         TimeStepBound(
             "viscous stability", value, "stability", formula, "friction is unstable above it"

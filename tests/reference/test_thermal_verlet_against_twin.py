@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -131,7 +132,7 @@ def test_heat_that_would_leave_none_is_not_given() -> None:
 
 
 def thin(exchanges: str) -> ThermalSystem:
-    """Little friction: errors of second order rule at steps that are long beside those of rounding."""
+    """Little friction: errors of second order rule at steps long beside those of rounding."""
     s = small(3, exchanges=exchanges, conductivity=100.0)
     return replace(
         s, friction_across=0.1 * s.friction_across, friction_along=0.1 * s.friction_along
@@ -193,7 +194,7 @@ def energy_error(system: ThermalSystem, steps: int) -> float:
 def test_without_books_energy_errs_at_second_order(exchanges: str) -> None:
     system = replace(thin(exchanges), bookkeeping=False)
     errors = [energy_error(replace(system, dt=0.064 / n), n) for n in (64, 128, 256)]
-    ratios = [a / b for a, b in zip(errors, errors[1:], strict=False)]
+    ratios = [a / b for a, b in pairwise(errors)]
     assert ratios == pytest.approx([4.0, 4.0], rel=0.05)
 
 
@@ -247,5 +248,5 @@ def test_bits_on_any_number_of_threads_and_across_save_and_load(
 
 def test_walls_are_refused() -> None:
     system = thermal_wall_problem(slab, 3, [("adiabatic", [])], exchanges="full")
-    with pytest.raises(ValueError, match="`integrator` must be .* has walls"):
+    with pytest.raises(ValueError, match=r"`integrator` must be .* has walls"):
         thermal_core(system, **VERLET)

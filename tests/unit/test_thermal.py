@@ -154,7 +154,9 @@ def test_a_fluid_without_an_energy_says_so() -> None:
 def test_velocity_verlet_says_what_it_cannot() -> None:
     walls = slab(sdpd.Isothermal(1.0), sdpd.Adiabatic())
     for act in (sdpd.Simulation, sdpd.Scene.cost, sdpd.Scene.regime, sdpd.timestep.bounds):
-        with pytest.raises(ValueError, match=r"`integrator` must be sdpd.PairSplitting\(\) where a"):
+        with pytest.raises(
+            ValueError, match=r"`integrator` must be sdpd.PairSplitting\(\) where a"
+        ):
             act(walls, integrator="velocity_verlet")
         with pytest.raises(ValueError, match=r"`integrator.iterations` must be 0 where the fluid"):
             act(scene(), integrator=sdpd.VelocityVerlet(iterations=2))

@@ -1,10 +1,10 @@
 """Velocity Verlet with energies, one step at a time.
 
-E form of the Ito equations (Espanol and Revenga 2003): of a pair, with X = Ti Tj/(Ti + Tj),
-f = -[(1 - c) phi + k_B X (phi_i/C + phi_j/C)] G u, <dF dF> = 4 k_B X phi G dt, phi_i = dphi/dT_i, and
-dE_i = -u.(f dt + dF)/2 + 2 kappa g [chi (Tj - Ti) + k_B Ti Tj (chi_i/C - chi_j/C)] dt + dq. The product u.dF
-is that of the mean of both ends of the step (Stratonovich), which holds Ito's term -2 k_B X tr G/m;
-the widths of dF and dq are those of the temperatures at its start (Ito).
+E form of the Ito equations (Espanol and Revenga 2003): of a pair, with X = Ti Tj/(Ti + Tj) and
+phi_i = dphi/dT_i, f = -[(1 - c) phi + k_B X (phi_i/C + phi_j/C)] G u, <dF dF> = 4 k_B X phi G dt,
+dE_i = -u.(f dt + dF)/2 + 2 kappa g [chi (Tj - Ti) + k_B Ti Tj (chi_i/C - chi_j/C)] dt + dq. The
+product u.dF is that of the mean of both ends of the step (Stratonovich), which holds Ito's term
+-2 k_B X tr G/m; the widths of dF and dq are those of the temperatures at its start (Ito).
 """
 
 from __future__ import annotations
@@ -119,8 +119,8 @@ def unaccounted(
 ) -> Array:
     """Kinetic energy that the particles' forces make beyond v.f dt/2 of both stages, (N,).
 
-    Forces f + b, f of particles and b of the body; v_1 = v_0 + (f + b + f' + b') dt/2m. The books of
-    b have its work with the mean velocities of both half kicks; the stages have v_0.f dt/2 and
+    Forces f + b, f of particles and b of the body: v_1 = v_0 + (f + b + f' + b') dt/2m. The books
+    of b have its work with the mean velocities of both half kicks; the stages have v_0.f dt/2 and
     (v_0 + (f + b) dt/m).f' dt/2. The rest is [f.(f + b) + f'.(f' + b') - 2 f'.(f + b)] dt^2/8m.
     """
     own_1, own_2 = first - start.external_forces(), second - predictor.external_forces()
