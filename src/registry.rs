@@ -2,7 +2,9 @@
 //! and docs, and words the error where a combination does not exist.
 
 use crate::error::{Error, Result};
-use crate::integrator::{Integrator, PairSplitting, ThermalSplitting, VelocityVerlet};
+use crate::integrator::{
+    Integrator, PairSplitting, ThermalSplitting, ThermalVerlet, VelocityVerlet,
+};
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::physics::{
     Adiabatic, Bath, BathAndConduction, BathAndConductionGeneral, BathGeneral, Central, Conduction,
@@ -112,9 +114,10 @@ impl Combination {
                 )
             });
         }
-        if self.integrator != "pair_splitting" {
+        let metropolis = self.exchanges.ends_with("metropolis");
+        if metropolis && self.integrator != "pair_splitting" {
             return Some(format!(
-                "`integrator` must be \"pair_splitting\" where particles have an energy, got {:?}",
+                "`integrator` must be \"pair_splitting\" where exchanges are accepted or rejected, got {:?}",
                 self.integrator
             ));
         }
@@ -128,7 +131,7 @@ impl Combination {
         if self.exchanges == Adiabatic::NAME && self.noise != "none" {
             return Some("`noise` must be \"none\" where nothing is exchanged".to_string());
         }
-        (self.exchanges.ends_with("metropolis") && self.noise == "none").then(|| {
+        (metropolis && self.noise == "none").then(|| {
             "`exchanges` must not be accepted or rejected where there is no noise".to_string()
         })
     }
@@ -174,51 +177,83 @@ pub fn build(wish: &Combination, iterations: u32) -> Result<Box<dyn Integrator>>
 
 fn with_exchanges<const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
     match wish.exchanges.as_str() {
-        Adiabatic::NAME => thermal::<Adiabatic, Silent, D>(wish),
+        Adiabatic::NAME => with_scheme::<Adiabatic, Silent, D>(wish),
         Full::NAME => thermal_with_noise::<Full, D>(wish),
         FullVariable::NAME => thermal_with_noise::<FullVariable, D>(wish),
-        FullGeneral::NAME => thermal_with_noise::<FullGeneral, D>(wish),
-        FullMetropolis::NAME => thermal::<FullMetropolis, Gaussian, D>(wish),
+        FullGeneral::NAME => general::<FullGeneral, FullVariable, D>(wish),
+        FullMetropolis::NAME => splitting::<FullMetropolis, Gaussian, D>(wish),
         Heating::NAME => thermal_with_noise::<Heating, D>(wish),
         HeatingVariable::NAME => thermal_with_noise::<HeatingVariable, D>(wish),
-        HeatingGeneral::NAME => thermal_with_noise::<HeatingGeneral, D>(wish),
-        HeatingMetropolis::NAME => thermal::<HeatingMetropolis, Gaussian, D>(wish),
+        HeatingGeneral::NAME => general::<HeatingGeneral, HeatingVariable, D>(wish),
+        HeatingMetropolis::NAME => splitting::<HeatingMetropolis, Gaussian, D>(wish),
         BathAndConduction::NAME => thermal_with_noise::<BathAndConduction, D>(wish),
-        BathAndConductionGeneral::NAME => thermal_with_noise::<BathAndConductionGeneral, D>(wish),
+        BathAndConductionGeneral::NAME => {
+            general::<BathAndConductionGeneral, BathAndConduction, D>(wish)
+        }
         Bath::NAME => thermal_with_noise::<Bath, D>(wish),
-        BathGeneral::NAME => thermal_with_noise::<BathGeneral, D>(wish),
+        BathGeneral::NAME => general::<BathGeneral, Bath, D>(wish),
         Conduction::NAME => thermal_with_noise::<Conduction, D>(wish),
         ConductionVariable::NAME => thermal_with_noise::<ConductionVariable, D>(wish),
-        ConductionGeneral::NAME => thermal_with_noise::<ConductionGeneral, D>(wish),
-        _ => thermal::<ConductionMetropolis, Gaussian, D>(wish),
+        ConductionGeneral::NAME => general::<ConductionGeneral, ConductionVariable, D>(wish),
+        _ => splitting::<ConductionMetropolis, Gaussian, D>(wish),
     }
 }
 
 fn thermal_with_noise<X: Exchanges, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
-    if wish.noise == Silent::NAME {
-        thermal::<X, Silent, D>(wish)
-    } else {
-        thermal::<X, Gaussian, D>(wish)
+    match wish.noise.as_str() {
+        Silent::NAME => with_scheme::<X, Silent, D>(wish),
+        Gaussian::NAME => with_scheme::<X, Gaussian, D>(wish),
+        _ => verlet::<X, Uniform, D>(wish),
     }
 }
 
-/// Kernel and form of friction are no types of this loop: one compiled loop serves all of them.
-fn thermal<X: Exchanges, V: Variate, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
-    fn with_kernel<X: Exchanges, V: Variate, K: Kernel, const D: usize>(
-        wish: &Combination,
-    ) -> ThermalSplitting<X, V, D> {
-        match wish.friction.as_str() {
-            General::NAME => ThermalSplitting::new::<K, General>(),
-            Central::NAME => ThermalSplitting::new::<K, Central>(),
-            _ => ThermalSplitting::new::<K, Frictionless>(),
-        }
+/// With any heat capacity. Velocity Verlet asks each particle for its own in any case: Y, without
+/// that, serves it as well.
+fn general<X: Exchanges, Y: Exchanges, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
+    match (wish.integrator.as_str(), wish.noise.as_str()) {
+        ("velocity_verlet", _) => thermal_with_noise::<Y, D>(wish),
+        (_, Silent::NAME) => splitting::<X, Silent, D>(wish),
+        _ => splitting::<X, Gaussian, D>(wish),
     }
-    Box::new(match wish.kernel.as_str() {
-        Lucy::NAME => with_kernel::<X, V, Lucy, D>(wish),
-        QuinticSpline::NAME => with_kernel::<X, V, QuinticSpline, D>(wish),
-        WendlandC2::NAME => with_kernel::<X, V, WendlandC2, D>(wish),
-        _ => with_kernel::<X, V, WendlandC4, D>(wish),
-    })
+}
+
+fn with_scheme<X: Exchanges, V: Variate, const D: usize>(
+    wish: &Combination,
+) -> Box<dyn Integrator> {
+    match wish.integrator.as_str() {
+        "velocity_verlet" => verlet::<X, V, D>(wish),
+        _ => splitting::<X, V, D>(wish),
+    }
+}
+
+/// A thermal integrator with the sweeps of a kernel. Kernel and form of friction are no types of its
+/// loop: one compiled loop serves all of them.
+macro_rules! with_sweeps {
+    ($scheme:ident, $wish:expr) => {
+        match ($wish.kernel.as_str(), $wish.friction.as_str()) {
+            (Lucy::NAME, friction) => with_sweeps!($scheme, Lucy, friction),
+            (QuinticSpline::NAME, friction) => with_sweeps!($scheme, QuinticSpline, friction),
+            (WendlandC2::NAME, friction) => with_sweeps!($scheme, WendlandC2, friction),
+            (_, friction) => with_sweeps!($scheme, WendlandC4, friction),
+        }
+    };
+    ($scheme:ident, $kernel:ident, $friction:ident) => {
+        match $friction {
+            General::NAME => $scheme::new::<$kernel, General>(),
+            Central::NAME => $scheme::new::<$kernel, Central>(),
+            _ => $scheme::new::<$kernel, Frictionless>(),
+        }
+    };
+}
+
+fn splitting<X: Exchanges, V: Variate, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
+    let made: ThermalSplitting<X, V, D> = with_sweeps!(ThermalSplitting, wish);
+    Box::new(made)
+}
+
+fn verlet<X: Exchanges, V: Variate, const D: usize>(wish: &Combination) -> Box<dyn Integrator> {
+    let made: ThermalVerlet<X, V, D> = with_sweeps!(ThermalVerlet, wish);
+    Box::new(made)
 }
 
 fn with_kernel<const D: usize>(wish: &Combination, iterations: u32) -> Box<dyn Integrator> {
@@ -261,10 +296,11 @@ mod tests {
         let all = combinations();
         // isothermal; then friction (2 forms) with noise or without, and without friction
         let isothermal = 2 * (2 + 2 + 1) + 2;
-        assert_eq!(
-            all.len(),
-            2 * 4 * (isothermal + 2 * (2 * 9 + 2) + 2 * 3 + 1 + 1)
-        );
+        // Three kinds are accepted or rejected, with Gaussian noise and by the splitting alone.
+        let splitting = 2 * 2 * 9 + 2 * 2 + 2 * 3 + 1 + 1;
+        // With energies velocity Verlet takes uniform noise too.
+        let verlet = 3 * 2 * 9 + 3 * 3 + 1;
+        assert_eq!(all.len(), 2 * 4 * (isothermal + splitting + verlet));
         for combination in &all {
             assert!(build(combination, 1).is_ok());
         }
@@ -277,11 +313,18 @@ mod tests {
         let text = build(&wish, 0).err().unwrap().to_string();
         assert!(text.contains("nothing to balance"));
         wish.exchanges = "conduction".into();
-        wish.integrator = "velocity_verlet".into();
+        for (integrator, noise) in [
+            ("velocity_verlet", "gaussian"),
+            ("velocity_verlet", "uniform"),
+            ("pair_splitting", "gaussian"),
+        ] {
+            (wish.integrator, wish.noise) = (integrator.into(), noise.into());
+            assert!(build(&wish, 0).is_ok());
+        }
+        wish.noise = "uniform".into();
         let text = build(&wish, 0).err().unwrap().to_string();
-        assert!(text.contains("`integrator` must be"));
-        wish.integrator = "pair_splitting".into();
-        assert!(build(&wish, 0).is_ok());
+        assert!(text.contains("`noise` must be"));
+        wish.noise = "gaussian".into();
         wish.exchanges = "full".into();
         let text = build(&wish, 0).err().unwrap().to_string();
         assert!(text.contains("`exchanges` must be one of"));

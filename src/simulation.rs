@@ -292,6 +292,16 @@ impl Engine {
         }
         let grid = Grid::new(&cell, dimension, n, 1.0 + margin);
         let mut particles = Particles::new(n, drag);
+        if integrator.carries() {
+            particles.carried = vec![[0.0; 4]; n];
+        }
+        let splits = settings.combination.integrator == "pair_splitting";
+        if settings.thermal.is_some() && !splits && !walls.surfaces.is_empty() {
+            return Err(Error::Invalid(format!(
+                "`integrator` must be \"pair_splitting\" where a fluid with an energy has walls, got {:?}",
+                settings.combination.integrator
+            )));
+        }
         let coefficients = [friction.across, friction.along];
         let counts = [grid.block_count(), walls.surfaces.len()];
         let exchanges = &settings.combination.exchanges;
@@ -450,7 +460,8 @@ impl Engine {
             + particles.velocity.capacity()
             + particles.force.capacity()
             + particles.drag.capacity()
-            + particles.scratch.capacity())
+            + particles.scratch.capacity()
+            + particles.carried.capacity())
             + 8 * (particles.density.capacity() + particles.id.capacity())
             + 4 * particles.row.capacity()
             + 12 * particles.image.capacity()

@@ -21,7 +21,7 @@ pub struct Particles {
     pub position: Vec<[f64; 4]>,
     /// vx, vy, vz, P/d^2.
     pub velocity: Vec<[f64; 4]>,
-    /// fx, fy, fz, unused.
+    /// fx, fy, fz, and the heat of an integrator that makes both at once.
     pub force: Vec<[f64; 4]>,
     /// Dissipative force where an integrator evaluates it anew; empty otherwise.
     pub drag: Vec<[f64; 4]>,
@@ -35,6 +35,8 @@ pub struct Particles {
     pub image: Vec<[i32; 3]>,
     /// Differences of velocities, where there is `drag`; empty otherwise.
     pub scratch: Vec<[f64; 4]>,
+    /// Changes of velocity and energy that an integrator carries over a drift; empty otherwise.
+    pub carried: Vec<[f64; 4]>,
     /// Fields by the number that `add_scalar` gave them.
     pub scalars: Vec<Scalar>,
 }
@@ -52,6 +54,7 @@ impl Particles {
             row: (0..n as u32).collect(),
             image: vec![[0; 3]; n],
             scratch: vec![[0.0; 4]; if with_drag { n } else { 0 }],
+            carried: Vec::new(),
             scalars: Vec::new(),
         }
     }
@@ -84,7 +87,10 @@ impl Particles {
     /// Moves the particle of slot `order[k]` to slot k, without allocation: the forces, which are
     /// always computed anew after that, lend their memory and are lost.
     pub fn permute(&mut self, order: &[u32]) {
-        for records in [&mut self.position, &mut self.velocity] {
+        for records in [&mut self.position, &mut self.velocity, &mut self.carried] {
+            if records.is_empty() {
+                continue;
+            }
             for (to, &from) in self.force.iter_mut().zip(order) {
                 *to = records[from as usize];
             }
@@ -137,6 +143,7 @@ mod tests {
             particles.image[k] = [-(k as i32), k as i32, 7];
             particles.id[k] = u64::MAX - k as u64;
         }
+        particles.carried = (0..n).map(|k| [40.0 + k as f64; 4]).collect();
         let heat = particles.add_scalar("heat", true);
         particles.scalars[heat].values = (0..n).map(|k| 30.0 + k as f64).collect();
         let order = [3, 1, 4, 0, 2];
@@ -145,6 +152,7 @@ mod tests {
             assert_eq!(particles.position[k][0], f64::from(from));
             assert_eq!(particles.velocity[k][1], 10.0 + f64::from(from));
             assert_eq!(particles.density[k], 20.0 + f64::from(from));
+            assert_eq!(particles.carried[k], [40.0 + f64::from(from); 4]);
             assert_eq!(particles.image[k], [-(from as i32), from as i32, 7]);
             assert_eq!(particles.id[k], u64::MAX - u64::from(from));
             assert_eq!(particles.row[k], from);

@@ -104,11 +104,11 @@ impl WallHeat {
 pub struct Fields {
     /// Thermal energy C T.
     pub heat: usize,
-    /// Entropy per mass before the drift.
+    /// Entropy per mass before the drift; after it, what velocity Verlet wants to keep.
     pub entropy: usize,
     /// Internal energy before the drift, less the work done since.
     pub energy: usize,
-    /// Sums of the work sweep.
+    /// Sums of the work sweep; during a drift of velocity Verlet, temperatures of the noise.
     pub work: usize,
 }
 
@@ -262,6 +262,17 @@ impl Thermal {
         }
         self.eos
             .temperature_and_capacity(d * self.to_density, heat / self.from_specific)[0]
+    }
+
+    /// Temperature and heat capacity of a particle, in reduced units.
+    pub fn state(&self, d: f64, heat: f64) -> [f64; 2] {
+        if self.constant {
+            return [heat / self.pair.capacity, self.pair.capacity];
+        }
+        let [t, c] = self
+            .eos
+            .temperature_and_capacity(d * self.to_density, heat / self.from_specific);
+        [t / self.kelvin, c * self.kelvin * self.from_specific]
     }
 
     /// Thermal energy of a temperature [user].

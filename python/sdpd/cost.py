@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sdpd import timestep
 from sdpd.box import AXES
-from sdpd.integrators import Integrator, resolve
+from sdpd.integrators import Integrator, of_scene
 from sdpd.timestep import ExpectedErrors, TimeStepBound
 from sdpd.units import quantity, table
 
@@ -100,7 +100,7 @@ def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) 
     from sdpd import _core
 
     active = scene.active_effects
-    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
+    chosen = of_scene(scene, integrator)
     d, h = scene.dimension, scene.support_radius
     rate = scene.friction_across + scene.friction_along / d
     # int F dV = 12/h^2, about right for every kernel, as in the core.
@@ -191,11 +191,7 @@ def _bytes(number: float) -> str:
 
 def cost(scene: Scene, integrator: Integrator | str | None = None, **accuracy: Any) -> Cost:
     """The cost of a scene; `accuracy` are the options of `timestep.bounds`."""
-    chosen = resolve(
-        integrator,
-        fluctuations=scene.active_effects.fluctuations,
-        energy=scene.active_effects.energy,
-    )
+    chosen = of_scene(scene, integrator)
     bounds = timestep.bounds(scene, chosen, **accuracy)
     dt, number, pairs = bounds[0].value, scene.n_particles, scene.pairs_per_particle
     listed = pairs * (1.0 + margin(scene, dt, chosen) / scene.support_radius) ** scene.dimension

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sdpd import validation
+
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
 
 __all__ = ["Integrator", "PairSplitting", "VelocityVerlet"]
 
@@ -17,23 +20,32 @@ class Integrator:
     title: ClassVar[str] = ""
     iterations: int = 0
     noise: str = "gaussian"
+    energy_bookkeeping: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityVerlet(Integrator):
     """Velocity Verlet with the friction evaluated at predicted velocities: the cheapest step.
 
+    With energies it is a Runge-Kutta method of second order for friction and heat, to compare
+    `PairSplitting` with: it needs a smaller step, and knows no walls.
+
     Parameters
     ----------
     iterations : int
-        At most 1000. Further evaluations of the friction at the end of the step. 0: the force of
-        the step serves the next one (Bian et al. 2015, appendix B); 1: once with the new
-        velocities; 2 or more: the iteration of Yang 2013, Table 4, S-6 to S-8. They cost sweeps and
-        accuracy: the temperature comes out too low by 0.015, 0.27 and 0.52 dt/tau (tau: friction
-        time of a particle).
+        At most 1000, and 0 with energies. Further evaluations of the friction at the end of the
+        step. 0: the force of the step serves the next one (Bian et al. 2015, appendix B); 1: once
+        with the new velocities; 2 or more: the iteration of Yang 2013, Table 4, S-6 to S-8. They
+        cost sweeps and accuracy: the temperature comes out too low by 0.015, 0.27 and 0.52 dt/tau
+        (tau: friction time of a particle).
     noise : {"uniform", "gaussian"}
         Variates of the random force: with the right first two moments, which is all a first-order
         scheme sees, or normal.
+    energy_bookkeeping : bool
+        Where particles have an energy: let each pay for the work of its forces, so that the total
+        energy holds to rounding. Without it every particle moves on its adiabat and takes the heat
+        of Yang 2013, Table 4, corrected, and the energy rises by some (dt/tau)^3 of the kinetic
+        energy a step.
     """
 
     name: ClassVar[str] = "velocity_verlet"
@@ -41,8 +53,11 @@ class VelocityVerlet(Integrator):
 
     iterations: int = 0
     noise: str = "uniform"
+    energy_bookkeeping: bool = True
 
     def __post_init__(self) -> None:
+        books = validation.boolean("energy_bookkeeping", self.energy_bookkeeping)
+        object.__setattr__(self, "energy_bookkeeping", books)
         iterations = validation.integer("iterations", self.iterations, minimum=0, maximum=1000)
         object.__setattr__(self, "iterations", iterations)
         validation.choice("noise", self.noise, ("uniform", "gaussian"))
@@ -98,7 +113,7 @@ def with_integrator(settings: dict[str, Any], integrator: Integrator) -> dict[st
                 "isothermal fluid are exact"
             )
         return settings
-    books = getattr(integrator, "energy_bookkeeping", True)
+    books = integrator.energy_bookkeeping
     settings = {**settings, "thermal": {**settings["thermal"], "bookkeeping": books}}
     if metropolis:
         settings["exchanges"] = _metropolis(settings)
@@ -131,7 +146,7 @@ def resolve(
     Raises
     ------
     ValueError
-        If there is no integrator of that name, or it does not know of energies.
+        If there is no integrator of that name, or it cannot be as it is with energies.
     TypeError
         If it is neither.
     """
@@ -142,9 +157,27 @@ def resolve(
     expected = "sdpd.PairSplitting(), sdpd.VelocityVerlet() or one of their names"
     kinds = (PairSplitting, VelocityVerlet)
     chosen = validation.instance("integrator", integrator, kinds, expected)
-    if energy and not isinstance(chosen, PairSplitting):
+    if energy and chosen.iterations > 0:
         raise ValueError(
-            "`integrator` must be sdpd.PairSplitting() where the fluid has an energy, got "
+            "`integrator.iterations` must be 0 where the fluid has an energy: velocity Verlet then "
+            f"evaluates all rates twice a step, got {chosen.iterations}"
+        )
+    return chosen
+
+
+def of_scene(scene: Scene, integrator: Integrator | str | None = None) -> Integrator:
+    """The integrator of a scene; see `resolve`.
+
+    Raises
+    ------
+    ValueError
+        If it does not know walls that give and take heat.
+    """
+    active = scene.active_effects
+    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
+    if scene.walls and active.energy and not isinstance(chosen, PairSplitting):
+        raise ValueError(
+            "`integrator` must be sdpd.PairSplitting() where a fluid with an energy has walls, got "
             f"{chosen!r}"
         )
     return chosen

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from sdpd import timestep
-from sdpd.integrators import Integrator, resolve
+from sdpd.integrators import Integrator, of_scene
 from sdpd.units import table
 
 if TYPE_CHECKING:
@@ -267,11 +267,7 @@ def _friction_rows(scene: Scene, integrator: Integrator | str | None) -> list[Re
     if not scene.active_effects.dissipation:
         return []
     eta, sc = scene.reduced_viscosity, scene.schmidt_number
-    chosen = resolve(
-        integrator,
-        fluctuations=scene.active_effects.fluctuations,
-        energy=scene.active_effects.energy,
-    )
+    chosen = of_scene(scene, integrator)
     step = timestep.auto_time_step(scene, chosen)
     ratio = step.value / scene.friction_time
     errors = timestep.expected_errors(scene, step.value, chosen)

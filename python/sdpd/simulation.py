@@ -111,9 +111,7 @@ class Simulation(Particles):
     ) -> None:
         validation.instance("scene", scene, Scene, "an sdpd.Scene")
         active = scene.active_effects
-        chosen = integrators.resolve(
-            integrator, fluctuations=active.fluctuations, energy=active.energy
-        )
+        chosen = integrators.of_scene(scene, integrator)
         if scene.walls:
             scene.wall_model.check_integrator(scene, chosen)
         seed = validation.integer("seed", seed, minimum=0)

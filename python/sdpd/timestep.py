@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdpd import structure, validation
-from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet, resolve
+from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet, of_scene
 
 if TYPE_CHECKING:
     from sdpd.scene import Scene
@@ -34,6 +34,12 @@ ACOUSTIC_STABILITY = 0.6  # of the explicit limit, itself an estimate
 # Verlet: how much too cold per dt/tau, with 0, 1 and more re-evaluations of the friction: measured,
 # and 0, 1/4 and 1/2 for one linear mode (docs/theory/time_integration).
 VERLET_TEMPERATURE_SLOPE = (0.015, 0.27, 0.52)
+# Verlet with energies: how much too cold per (dt/tau)^2, and too little Var T per (dt/tau_q)^2:
+# measured, and 1/4 for one linear mode (docs/theory/energy).
+VERLET_ENERGY_CURVATURE, VERLET_HEAT_CURVATURE = 0.4, 0.4
+# Explicit friction and conduction: half of 2/lambda_max, which is 1.24 tau and 1.35 tau_q at least
+# over kernels and supports.
+STABLE_SHARE = 0.7
 # Splitting: 1 - delivered over exact viscosity, times the effective number of partners that share
 # the friction, against dt/tau: mean of nine kernels, supports and dimensions, each within 20 %
 # (docs/theory/time_integration).
@@ -183,16 +189,22 @@ def _verlet_slope(integrator: Integrator) -> float:
 def _verlet_friction(
     scene: Scene, integrator: Integrator, temperature_error: float, resolve_vacf: bool
 ) -> list[TimeStepBound]:
-    tau = scene.friction_time
+    factor = scene.transport_factor(scene.fluid.viscosity_exponent)
+    tau = scene.friction_time / factor
     found = []
     if scene.active_effects.fluctuations:
-        slope = _verlet_slope(integrator)
+        if scene.active_effects.energy:
+            part = math.sqrt(temperature_error / VERLET_ENERGY_CURVATURE)
+            formula = f"sqrt({temperature_error:g}/{VERLET_ENERGY_CURVATURE:g}) tau"
+        else:
+            slope = _verlet_slope(integrator)
+            part, formula = temperature_error / slope, f"{temperature_error:g}/{slope:g} tau"
         found.append(
             TimeStepBound(
                 "temperature accuracy",
-                temperature_error / slope * tau,
+                part * tau,
                 "accuracy",
-                f"{temperature_error:g}/{slope:g} tau",
+                formula,
                 f"the kinetic temperature is off by more than {temperature_error:.2%} above it",
             )
         )
@@ -200,16 +212,46 @@ def _verlet_friction(
         found += _splitting_friction(scene, True)
     # 0.03 h^2 rho/eta, measured for the Lucy kernel, is 0.7 of its tau; tau carries the other
     # kernels, the bulk viscosity and the central form
-    eta = scene.fluid.shear_viscosity / scene.calibration
+    eta = factor * scene.fluid.shear_viscosity / scene.calibration
     viscous = math.inf
     if eta > 0.0:
         viscous = 0.03 * scene.support_radius**2 * scene.fluid.density / eta
-    value, formula = min((viscous, "0.03 h^2 rho/eta"), (0.7 * tau, "0.7 tau"))
+    value, formula = min(
+        (viscous, "0.03 h^2 rho/eta"), (STABLE_SHARE * tau, f"{STABLE_SHARE:g} tau")
+    )
     found.append(
         TimeStepBound(
             "viscous stability", value, "stability", formula, "friction is unstable above it"
         )
     )
+    return found
+
+
+def _splitting_conduction(tau: float) -> list[TimeStepBound]:
+    reason = "the delivered conductivity falls above it"
+    return [TimeStepBound("conduction", 2.0 * tau, "accuracy", "2 tau_q", reason)]
+
+
+def _verlet_conduction(scene: Scene, tau: float, error: float) -> list[TimeStepBound]:
+    found = [
+        TimeStepBound(
+            "conduction stability",
+            STABLE_SHARE * tau,
+            "stability",
+            f"{STABLE_SHARE:g} tau_q",
+            "heat conduction is unstable above it",
+        )
+    ]
+    if scene.active_effects.fluctuations:
+        found.append(
+            TimeStepBound(
+                "conduction",
+                math.sqrt(error / VERLET_HEAT_CURVATURE) * tau,
+                "accuracy",
+                f"sqrt({error:g}/{VERLET_HEAT_CURVATURE:g}) tau_q",
+                f"the variance of the temperatures is off by more than {error:.2%} above it",
+            )
+        )
     return found
 
 
@@ -228,7 +270,8 @@ def bounds(
     integrator : Integrator or str, optional
         The default for the scene if None.
     temperature_error : float
-        Asked relative accuracy of the kinetic temperature [1], for velocity Verlet.
+        Asked relative accuracy of the kinetic temperature [1], for velocity Verlet; with energies
+        that of the variance of the particles' temperatures too.
     resolve_vacf : bool
         Whether the short-time velocity autocorrelation is to be resolved.
 
@@ -240,24 +283,19 @@ def bounds(
     error = validation.positive("temperature_error", temperature_error)
     vacf = validation.boolean("resolve_vacf", resolve_vacf)
     active = scene.active_effects
-    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
+    chosen = of_scene(scene, integrator)
     found = _acoustic(scene)
     if active.dissipation and isinstance(chosen, PairSplitting):
         found += _splitting_friction(scene, vacf)
     elif active.dissipation:
         found += _verlet_friction(scene, chosen, error, vacf)
     if active.conduction:
-        found.append(
-            TimeStepBound(
-                "conduction",
-                2.0
-                * scene.conduction_time
-                / scene.transport_factor(scene.fluid.conductivity_exponent),
-                "accuracy",
-                "2 tau_q",
-                "the delivered conductivity falls above it",
-            )
-        )
+        factor = scene.transport_factor(scene.fluid.conductivity_exponent)
+        tau = scene.conduction_time / factor
+        if isinstance(chosen, PairSplitting):
+            found += _splitting_conduction(tau)
+        else:
+            found += _verlet_conduction(scene, tau, error)
     if active.body_force and scene.body_force is not None and scene.body_force.peak > 0.0:
         found.append(
             TimeStepBound(
@@ -339,7 +377,7 @@ def expected_errors(
     """
     step = validation.positive("dt", dt)
     active = scene.active_effects
-    chosen = resolve(integrator, fluctuations=active.fluctuations, energy=active.energy)
+    chosen = of_scene(scene, integrator)
     temperature = viscosity = variance = None
     if active.dissipation:
         ratio = step / scene.friction_time
@@ -347,7 +385,8 @@ def expected_errors(
             viscosity = -_splitting_loss(scene, ratio)
             temperature = 0.0 if active.fluctuations else None
         elif isinstance(chosen, VelocityVerlet) and active.fluctuations:
-            temperature = -_verlet_slope(chosen) * ratio
+            slow = VERLET_ENERGY_CURVATURE * ratio**2
+            temperature = -slow if active.energy else -_verlet_slope(chosen) * ratio
     if active.fluctuations:
         variance = DENSITY_VARIANCE_SLOPE * (step / acoustic_limit(scene)) ** 2
     return ExpectedErrors(temperature, viscosity, variance)

@@ -3,10 +3,12 @@
 
 mod pair_splitting;
 mod thermal_splitting;
+mod thermal_verlet;
 mod velocity_verlet;
 
 pub use pair_splitting::PairSplitting;
 pub use thermal_splitting::ThermalSplitting;
+pub use thermal_verlet::ThermalVerlet;
 pub use velocity_verlet::VelocityVerlet;
 
 use crate::error::Result;
@@ -55,6 +57,10 @@ pub trait Integrator: Send + Sync {
     fn shuffles(&self) -> bool;
     /// Does it need a second force array?
     fn needs_drag(&self) -> bool;
+    /// Does it carry rates over the drift?
+    fn carries(&self) -> bool {
+        false
+    }
 }
 
 /// Number densities of the present positions, walls included.

@@ -19,16 +19,16 @@ use crate::sweep::{
     Direction, Slopes, ThermalSweep, pair_work, slopes, thermal_exchange, wall_work,
 };
 
-/// The sweeps of one kernel: they are the same for every exchange.
+/// The sweeps of one kernel: they are the same for every exchange, and every thermal integrator.
 #[derive(Clone, Copy)]
-struct KernelSweeps {
-    densities: fn(&mut Engine),
-    forces: fn(&mut Engine),
-    work: fn(&mut Engine),
-    parts: fn(&mut Engine, f64, u64, Source) -> ForceParts,
-    weight: fn(&Engine) -> f64,
-    slopes: Slopes,
-    slope: fn(f64) -> f64,
+pub(super) struct KernelSweeps {
+    pub densities: fn(&mut Engine),
+    pub forces: fn(&mut Engine),
+    pub work: fn(&mut Engine),
+    pub parts: fn(&mut Engine, f64, u64, Source) -> ForceParts,
+    pub weight: fn(&Engine) -> f64,
+    pub slopes: Slopes,
+    pub slope: fn(f64) -> f64,
 }
 
 fn work<K: Kernel, const D: usize>(engine: &mut Engine) {
@@ -47,8 +47,19 @@ fn work<K: Kernel, const D: usize>(engine: &mut Engine) {
     }
 }
 
+/// The error of a particle whose temperature is not finite and positive, if there is one.
+pub(super) fn cold(engine: &Engine) -> Option<Error> {
+    let thermal = engine.thermal.as_ref()?;
+    let slot = thermal.check(&engine.particles)?;
+    Some(Error::NotFinite {
+        step: engine.step,
+        id: engine.particles.id[slot],
+        quantity: "temperature",
+    })
+}
+
 impl KernelSweeps {
-    fn of<K: Kernel, F: FrictionForm, const D: usize>() -> Self {
+    pub fn of<K: Kernel, F: FrictionForm, const D: usize>() -> Self {
         Self {
             densities: densities::<K, D>,
             forces: conservative_forces::<K, D>,
@@ -130,17 +141,6 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
         engine.kick(t);
     }
 
-    /// The error of a particle whose temperature is not finite and positive, if there is one.
-    fn cold(engine: &Engine) -> Option<Error> {
-        let thermal = engine.thermal.as_ref()?;
-        let slot = thermal.check(&engine.particles)?;
-        Some(Error::NotFinite {
-            step: engine.step,
-            id: engine.particles.id[slot],
-            quantity: "temperature",
-        })
-    }
-
     fn advance(&self, engine: &mut Engine, dt: f64) -> Result<()> {
         let started = engine.step;
         self.exchange(engine, 0.5 * dt, started, Direction::Forward);
@@ -177,9 +177,9 @@ impl<X: Exchanges, V: Variate, const D: usize> Integrator for ThermalSplitting<X
         for _ in 0..steps {
             // A particle without energy makes velocities that are no numbers: say what came first.
             if let Err(error) = self.advance(engine, dt) {
-                return Err(Self::cold(engine).unwrap_or(error));
+                return Err(cold(engine).unwrap_or(error));
             }
-            if let Some(error) = Self::cold(engine) {
+            if let Some(error) = cold(engine) {
                 return Err(error);
             }
             engine.observe_thermal(dt);

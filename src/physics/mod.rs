@@ -2,6 +2,7 @@
 
 mod friction;
 mod thermal;
+mod thermal_rates;
 
 pub use friction::{
     Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms,
@@ -14,3 +15,4 @@ pub use thermal::{
     HeatingMetropolis, HeatingVariable, PairThermal, Power, ThermalExchange, friction_odds,
     heat_odds,
 };
+pub use thermal_rates::{PairState, ThermalRates};

@@ -23,6 +23,8 @@ pub enum Stream {
     PairThermal = 5,
     /// Acceptance of those exchanges.
     PairAcceptance = 6,
+    /// Random force and heat of velocity Verlet with energies.
+    PairThermalForce = 7,
     /// Initial velocities.
     InitialVelocity = 3,
     /// Initial positions.
@@ -37,6 +39,7 @@ impl Stream {
             "pair_exchange" => Self::PairExchange,
             "pair_thermal" => Self::PairThermal,
             "pair_acceptance" => Self::PairAcceptance,
+            "pair_thermal_force" => Self::PairThermalForce,
             "initial_velocity" => Self::InitialVelocity,
             "initial_position" => Self::InitialPosition,
             _ => return None,

@@ -338,11 +338,13 @@ def test_adiabats_keep_every_entropy() -> None:
     assert np.abs(sim.temperatures / system.temperatures - 1.0).max() > 1e-3
 
 
-def order_of_convergence(system: ThermalSystem, time: float, steps: int) -> dict[str, float]:
+def order_of_convergence(
+    system: ThermalSystem, time: float, steps: int, **options: Any
+) -> dict[str, float]:
     """log2 of the ratio of what halving the step changes, twice in a row; without noise."""
     ends = []
     for n in (steps, 2 * steps, 4 * steps):
-        sim = thermal_core(replace(system, dt=time / n))
+        sim = thermal_core(replace(system, dt=time / n), **options)
         sim.run(n, time / n)
         ends.append(sim)
     orders = {}

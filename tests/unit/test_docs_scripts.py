@@ -26,6 +26,7 @@ TABLES = {
     "channel_noise": "| Couette | 0.10 s |",
     "cylinder": "Re = 0.05 |",
     "energy": "| $C/k_B$ |",
+    "thermal_integrators": "| Verlet without books |",
     "nitrogen": "| case | $N_i$ |",
     "nitrogen_time_step": "| dt / default |",
     "image_forces": "| plate | distance / h |",

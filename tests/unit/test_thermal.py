@@ -151,9 +151,37 @@ def test_a_fluid_without_an_energy_says_so() -> None:
         sim.energy_accounts()
 
 
-def test_velocity_verlet_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"must be sdpd.PairSplitting\(\) where the fluid has"):
-        sdpd.Simulation(scene(), integrator="velocity_verlet")
+def test_velocity_verlet_says_what_it_cannot() -> None:
+    walls = slab(sdpd.Isothermal(1.0), sdpd.Adiabatic())
+    for act in (sdpd.Simulation, sdpd.Scene.cost, sdpd.Scene.regime, sdpd.timestep.bounds):
+        with pytest.raises(
+            ValueError, match=r"`integrator` must be sdpd.PairSplitting\(\) where a"
+        ):
+            act(walls, integrator="velocity_verlet")
+        with pytest.raises(ValueError, match=r"`integrator.iterations` must be 0 where the fluid"):
+            act(scene(), integrator=sdpd.VelocityVerlet(iterations=2))
+    with pytest.raises(TypeError, match="energy_bookkeeping"):
+        sdpd.VelocityVerlet(energy_bookkeeping=1)  # type: ignore[arg-type]
+
+
+def test_splitting_is_the_default_with_energies() -> None:
+    for made in (scene(), scene(effects=sdpd.Effects(energy=True, fluctuations=False))):
+        assert sdpd.Simulation(made).integrator == sdpd.PairSplitting()
+
+
+@pytest.mark.parametrize("noise", ["uniform", "gaussian"])
+def test_velocity_verlet_keeps_its_books_or_not(noise: str) -> None:
+    for books in (True, False):
+        chosen = sdpd.VelocityVerlet(noise=noise, energy_bookkeeping=books)
+        sim = sdpd.Simulation(scene(gas(25.0), 6.0), integrator=chosen, seed=2, threads=1)
+        before = sim.total_energy
+        sim.run(steps=50, progress=False)
+        gained = abs(sim.total_energy - before)
+        assert (gained < 1e-11 * before) == books
+        # some (dt/tau)^3 of the kinetic energy a step
+        assert gained < 50 * 4.0 * (sim.dt / sim.scene.friction_time) ** 3 * sim.kinetic_energy
+        assert sim.energy_accounts().gained == 0.0
+        assert (sim.energy_accounts().discarded != 0.0) == books
 
 
 def test_conduction_bounds_the_step() -> None:

@@ -29,6 +29,7 @@ class Accounts:
 
     body_work: float = 0.0
     discarded: float = 0.0
+    unbooked: float = 0.0
     refused: int = 0
     wall_heat: Array = field(default_factory=lambda: np.zeros(0))
     wall_work: Array = field(default_factory=lambda: np.zeros(0))
