@@ -8,6 +8,7 @@
 mod density;
 mod exchange;
 mod force;
+mod heat_tally;
 mod tally;
 mod thermal_exchange;
 mod wall;
@@ -22,6 +23,7 @@ mod work;
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
+pub use heat_tally::{Flow, HeatTally};
 pub use tally::{Tally, Tensor};
 pub use thermal_exchange::{Slopes, ThermalSweep, slopes, thermal_exchange};
 pub use wall_density::wall_densities;

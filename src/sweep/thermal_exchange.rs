@@ -5,6 +5,7 @@
 
 use std::marker::PhantomData;
 
+use super::heat_tally::{Handed, HeatSums, HeatTally};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wall_thermal::WallRounds;
 use super::{CHUNK, Direction, Shared, Task, for_each_block, padded, run_wide};
@@ -78,6 +79,7 @@ struct ThermalTask<'a, X, V, const D: usize> {
     round: usize,
     number: u32,
     tally: Option<BlockSums<'a>>,
+    current: Option<HeatSums<'a>>,
     form: PhantomData<(X, V)>,
 }
 
@@ -85,6 +87,8 @@ struct ThermalTask<'a, X, V, const D: usize> {
 struct Change {
     momentum: [f64; 3],
     random: [f64; 3],
+    /// Energy that i got from j by conduction and by friction, the kinetic one included.
+    energy: [f64; 2],
     refused: u64,
 }
 
@@ -245,6 +249,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             *ej = e[1] + gain;
         }
         for a in 0..D {
+            change.energy[1] += 0.5 * dv[a] * (v[a] + w[a]);
             v[a] += dv[a];
             w[a] -= dv[a];
         }
@@ -259,7 +264,10 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         let e = [*ei, *ej];
         let d = self.heat_decay(lanes, k, e);
         match self.exchange.conduct(e, &d, lanes.xi[3][k], V::ON) {
-            Some(after) => [*ei, *ej] = after,
+            Some(after) => {
+                change.energy[0] = after[0] - e[0];
+                [*ei, *ej] = after;
+            }
             None => change.refused += 1,
         }
     }
@@ -270,6 +278,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         let mut change = Change {
             momentum: [0.0; 3],
             random: [0.0; 3],
+            energy: [0.0; 2],
             refused: 0,
         };
         if X::CONDUCTION && self.direction == Direction::Backward {
@@ -292,6 +301,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         mut next: impl FnMut(usize) -> I,
     ) {
         let mut virial = self.tally.map(Virial::new);
+        let mut handed = self.current.map(|_| Handed::default());
         let mut refused = 0;
         loop {
             let (mut count, mut finished) = (0, false);
@@ -301,13 +311,12 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 count = self.gather(lanes, count, pairs);
             }
             self.compute(lanes, count);
-            match &mut virial {
-                None => {
-                    for k in 0..count {
-                        refused += self.update(lanes, k).refused;
-                    }
+            if virial.is_none() && handed.is_none() {
+                for k in 0..count {
+                    refused += self.update(lanes, k).refused;
                 }
-                Some(virial) => refused += self.update_and_add(lanes, count, virial),
+            } else {
+                refused += self.update_and_add(lanes, count, &mut virial, &mut handed);
             }
             if finished {
                 break;
@@ -319,26 +328,52 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             if let (Some(sums), Some(virial)) = (self.tally, virial) {
                 sums.add(self.number, &virial.sum);
             }
+            if let (Some(sums), Some(handed)) = (self.current, handed) {
+                sums.add(self.number, &handed);
+            }
         }
     }
 
     #[inline(always)]
-    fn update_and_add(&self, lanes: &mut Lanes, count: usize, virial: &mut Virial) -> u64 {
+    fn update_and_add(
+        &self,
+        lanes: &mut Lanes,
+        count: usize,
+        virial: &mut Option<Virial>,
+        handed: &mut Option<Handed>,
+    ) -> u64 {
         let mut refused = 0;
         for k in 0..count {
             let change = self.update(lanes, k);
             refused += change.refused;
+            if let Some(handed) = handed {
+                for (sum, energy) in handed.iter_mut().zip(change.energy) {
+                    for a in 0..D {
+                        sum[a] += lanes.r[a][k] * energy;
+                    }
+                }
+            }
             for a in 0..D {
                 lanes.change[a][k] = change.momentum[a];
-                if let Some(PartLanes { parts }) = &mut virial.parts {
+                if let Some(Virial {
+                    parts: Some(PartLanes { parts }),
+                    ..
+                }) = virial
+                {
                     parts[1][a][k] = change.momentum[a] - change.random[a];
                     parts[2][a][k] = change.random[a];
                 }
             }
         }
-        match &mut virial.parts {
-            Some(parts) => parts.add_to::<D>(&mut virial.sum, &lanes.r, count),
-            None => add_outer::<D>(&mut virial.sum[1], &lanes.r, &mut lanes.change, count),
+        match virial {
+            Some(Virial {
+                sum,
+                parts: Some(parts),
+            }) => parts.add_to::<D>(sum, &lanes.r, count),
+            Some(Virial { sum, parts: None }) => {
+                add_outer::<D>(&mut sum[1], &lanes.r, &mut lanes.change, count);
+            }
+            None => {}
         }
         refused
     }
@@ -412,6 +447,9 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
     mut tally: Option<&mut Tally>,
 ) {
     let sums = tally.as_deref_mut().map(Tally::begin);
+    if let Some(current) = &mut thermal.current {
+        current.begin();
+    }
     let mut along = WallRounds::begin(walls);
     let backward = sweep.direction == Direction::Backward;
     // Given heat comes last, and backward first.
@@ -438,6 +476,9 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
         along.finish(walls, thermal);
     }
     thermal.count_refused();
+    if let Some(current) = &mut thermal.current {
+        current.keep(1.0);
+    }
     if let Some(tally) = tally {
         tally.keep_exchange();
     }
@@ -453,6 +494,7 @@ fn pairs<X: Exchanges, V: Variate, const D: usize>(
     let velocity = Shared::new(&mut particles.velocity);
     let energy = Shared::new(&mut particles.scalars[thermal.fields.heat].values);
     let refused = Shared::new(&mut thermal.refused);
+    let current = thermal.current.as_mut().map(HeatTally::sums);
     let (position, id) = (&particles.position, &particles.id);
     let backward = sweep.direction == Direction::Backward;
     for_each_block(sweep.grid, sweep.list, backward, &|number, block| {
@@ -471,6 +513,7 @@ fn pairs<X: Exchanges, V: Variate, const D: usize>(
             round,
             number,
             tally,
+            current,
             form: PhantomData,
         });
     });
