@@ -2,17 +2,22 @@
 //! series: the Einstein-Helfand and the Green-Kubo route to the conductivity. Numbers are kept in
 //! reduced units: the current J (not over the volume) and its time integral G.
 
-use super::heat_current::Moments;
 use super::lags::{BlockedSums, Lags, Series};
 use super::{Observer, View};
+use crate::sweep::HeatMoment;
 
-/// Columns of the table of sums: origins; the ten products of the increments of the four parts
-/// (conduction, friction, pressure, convection); the product of the interval means of the whole
-/// current. All are means over the axes.
-pub const COLUMNS: usize = 12;
+/// Columns of the table of sums: origins; the 21 products of the increments of the six parts
+/// (conduction, friction, pressure, convection, noise of conduction, noise of friction); the
+/// increments of the variation of both noises; products of the interval means of the whole current,
+/// and of its noise. All are means over the axes.
+pub const COLUMNS: usize = 26;
 
-/// Numbers of a sample: moments by part, then the interval mean of the total.
-const WIDTH: usize = 4 * 3 + 3;
+const PARTS: usize = 6;
+/// Places in a sample: moments by part, then variations, then interval means of all and of the noise.
+const VARIATION: usize = 3 * PARTS;
+const TOTAL: usize = VARIATION + 2;
+const NOISE: usize = TOTAL + 3;
+const WIDTH: usize = NOISE + 3;
 
 /// Sums over time origins.
 pub struct HeatCorrelator {
@@ -21,7 +26,7 @@ pub struct HeatCorrelator {
     lags: Lags,
     series: Series,
     sums: BlockedSums,
-    last: Option<(u64, Moments)>,
+    last: Option<(u64, HeatMoment)>,
     begun: BlockedSums,
 }
 
@@ -56,15 +61,19 @@ impl HeatCorrelator {
         let share = 1.0 / d as f64;
         row[0] += 1.0;
         for a in 0..d {
-            let step: [f64; 4] = std::array::from_fn(|p| now[3 * p + a] - past[3 * p + a]);
+            let step: [f64; PARTS] = std::array::from_fn(|p| now[3 * p + a] - past[3 * p + a]);
             let mut column = 1;
-            for p in 0..4 {
-                for q in p..4 {
+            for p in 0..PARTS {
+                for q in p..PARTS {
                     row[column] += share * step[p] * step[q];
                     column += 1;
                 }
             }
-            row[11] += share * now[12 + a] * past[12 + a];
+            row[24] += share * now[TOTAL + a] * past[TOTAL + a];
+            row[25] += share * now[NOISE + a] * past[NOISE + a];
+        }
+        for part in 0..2 {
+            row[22 + part] += share * (now[VARIATION + part] - past[VARIATION + part]);
         }
     }
 }
@@ -96,12 +105,15 @@ impl Observer for HeatCorrelator {
         if let Some((step, past)) = self.last {
             let interval = (view.step - step) as f64 * view.dt;
             let mut now = [0.0; WIDTH];
-            for p in 0..4 {
+            for p in 0..PARTS {
                 for a in 0..3 {
-                    now[3 * p + a] = moments[p][a];
-                    now[12 + a] += (moments[p][a] - past[p][a]) / interval;
+                    let mean = (moments.flows[p][a] - past.flows[p][a]) / interval;
+                    now[3 * p + a] = moments.flows[p][a];
+                    now[TOTAL + a] += mean;
+                    now[NOISE + a] += if p < 4 { 0.0 } else { mean };
                 }
             }
+            now[VARIATION..TOTAL].copy_from_slice(&moments.variation);
             let (sums, series) = (&mut self.sums, &mut self.series);
             let table = sums.current();
             series.push(&now, |row, _, past| {

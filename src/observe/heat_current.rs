@@ -2,16 +2,13 @@
 //! sample before (`sweep/heat_tally.rs`).
 
 use super::{Observer, View};
-use crate::sweep::Flow;
-
-/// Moments of all parts at one sample.
-pub(super) type Moments = [Flow; 4];
+use crate::sweep::HeatMoment;
 
 /// Fluxes of the intervals between samples.
 pub struct HeatCurrent {
     every: u64,
     dimension: usize,
-    last: Option<(u64, Moments)>,
+    last: Option<(u64, HeatMoment)>,
     rows: Vec<f64>,
     begun: usize,
 }
@@ -28,9 +25,10 @@ impl HeatCurrent {
         }
     }
 
-    /// Numbers a row: step, time, then D of conduction, friction, pressure and convection.
+    /// Numbers a row: step, time, then D of conduction, friction, pressure, convection, noise of
+    /// conduction and noise of friction.
     pub fn width(dimension: usize) -> usize {
-        2 + 4 * dimension
+        2 + 6 * dimension
     }
 
     /// All rows, one after the other, in the user's units.
@@ -66,7 +64,7 @@ impl Observer for HeatCurrent {
             let flux = view.units.pressure() * view.units.velocity;
             let scale = flux / (view.volume() * interval);
             self.rows.extend([view.step as f64, view.time]);
-            for (now, past) in moment.iter().zip(&past) {
+            for (now, past) in moment.flows.iter().zip(&past.flows) {
                 for a in 0..self.dimension {
                     self.rows.push((now[a] - past[a]) * scale);
                 }

@@ -25,7 +25,7 @@ pub use wall_forces::WallForces;
 use crate::domain::PeriodicBox;
 use crate::eos::EquationOfState;
 use crate::state::Particles;
-use crate::sweep::{Flow, Tally};
+use crate::sweep::{HeatMoment, Tally};
 use crate::thermal::Thermal;
 use crate::units::Units;
 use crate::wall::Walls;
@@ -74,7 +74,7 @@ impl View<'_> {
     }
 
     /// Integral of the current of energy by part, if an observer asked for it.
-    pub fn heat_moment(&self) -> Option<[Flow; 4]> {
+    pub fn heat_moment(&self) -> Option<HeatMoment> {
         Some(self.thermal?.current.as_ref()?.moment)
     }
 

@@ -162,8 +162,8 @@ impl HeatCurrentHandle {
 
 #[pymethods]
 impl HeatCurrentHandle {
-    /// All intervals so far, (intervals, 2 + 4 D): step and time of the end, then the mean flux by
-    /// conduction, friction, pressure and convection.
+    /// All intervals so far, (intervals, 2 + 6 D): step and time of the end, then the mean flux by
+    /// conduction, friction, pressure, convection, noise of conduction and noise of friction.
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = lock(&self.shared).rows().to_vec();
         table_of(py, rows, HeatCurrent::width(self.dimension))

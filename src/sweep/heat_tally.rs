@@ -8,6 +8,10 @@
 //! antisymmetric, so the time integral changes by just what the step did to sum e_i r_i of unwrapped
 //! positions: the Helfand moment of heat conduction, exact at any time step. Without books energy is
 //! not conserved, and there is no such current.
+//!
+//! Noise is kept apart: the energy that it hands over has no mean, whatever came before, so that the
+//! mean square of its integral is that of the sum of r_ij^2 dE_ij^2 over all exchanges, a sum of very
+//! many terms that is known much better than the square (`variation`).
 
 use rayon::prelude::*;
 
@@ -15,45 +19,88 @@ use super::Shared;
 
 /// A vector in a frame of three.
 pub type Flow = [f64; 3];
-/// Conduction, friction, pressure: r_ij dE_ij summed over pairs.
-pub(super) type Handed = [Flow; 3];
+/// Conduction, friction, pressure, convection; noise of conduction and of friction.
+pub type Flows = [Flow; 6];
 
-/// Place of what pressure hands over.
-pub(super) const PRESSURE: usize = 2;
+/// Places of what pressure hands over, of what particles carry, and of the noise.
+const PRESSURE: usize = 2;
+const CONVECTION: usize = 3;
+const NOISE: usize = 4;
 
 /// Particles of a partial sum of what they carry.
 const GRAIN: usize = 1024;
 
+/// The integral of the current in reduced units, or a part of it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct HeatMoment {
+    /// By part.
+    pub flows: Flows,
+    /// Sums of r_ij^2 dE_ij^2 over what the noise of conduction and of friction hands over.
+    pub variation: [f64; 2],
+}
+
+/// Energy that one of a pair got from the other by conduction and by friction.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Given {
+    /// Without the noise.
+    pub mean: [f64; 2],
+    /// By the noise.
+    pub noise: [f64; 2],
+}
+
+impl HeatMoment {
+    /// Adds an exchange across r.
+    #[inline(always)]
+    pub(super) fn exchange<const D: usize>(&mut self, r: [f64; 3], given: &Given) {
+        for part in 0..2 {
+            let noise = given.noise[part];
+            for a in 0..D {
+                self.flows[part][a] += r[a] * given.mean[part];
+                self.flows[NOISE + part][a] += r[a] * noise;
+                self.variation[part] += (r[a] * noise) * (r[a] * noise);
+            }
+        }
+    }
+
+    /// Where to add what pressure hands over.
+    pub(super) fn pressure(&mut self) -> &mut Flow {
+        &mut self.flows[PRESSURE]
+    }
+
+    fn add(&mut self, scale: f64, other: &Self) {
+        for (sum, term) in self.flows.iter_mut().zip(&other.flows) {
+            for (s, t) in sum.iter_mut().zip(term) {
+                *s += scale * t;
+            }
+        }
+        for (s, t) in self.variation.iter_mut().zip(other.variation) {
+            *s += scale * t;
+        }
+    }
+}
+
 /// Pair sums of the sweeps and the integral they add up to.
 #[derive(Debug, Clone, Default)]
 pub struct HeatTally {
-    /// Integral of the current in reduced units: conduction, friction, pressure, convection.
-    pub moment: [Flow; 4],
+    /// Since an observer asked for it.
+    pub moment: HeatMoment,
     /// One partial sum a block: same order of summation on any number of threads.
-    blocks: Vec<Handed>,
+    blocks: Vec<HeatMoment>,
     carried: Vec<Flow>,
 }
 
 /// Where the blocks of a sweep put their sums.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct HeatSums<'a>(Shared<'a, Handed>);
+pub(super) struct HeatSums<'a>(Shared<'a, HeatMoment>);
 
 impl HeatSums<'_> {
     /// Adds the sums of a block.
     ///
     /// # Safety
     /// No other thread adds to the same block at the same time.
-    pub(super) unsafe fn add(&self, block: u32, terms: &Handed) {
+    pub(super) unsafe fn add(&self, block: u32, terms: &HeatMoment) {
         // SAFETY: promised by the caller.
-        add(unsafe { self.0.slot(block) }, 1.0, terms);
-    }
-}
-
-fn add(sums: &mut [Flow], scale: f64, terms: &[Flow]) {
-    for (sum, term) in sums.iter_mut().zip(terms) {
-        for (s, t) in sum.iter_mut().zip(term) {
-            *s += scale * t;
-        }
+        unsafe { self.0.slot(block) }.add(1.0, terms);
     }
 }
 
@@ -61,15 +108,15 @@ impl HeatTally {
     /// For so many particles and blocks.
     pub fn new(particles: usize, blocks: usize) -> Self {
         Self {
-            moment: [Flow::default(); 4],
-            blocks: vec![Handed::default(); blocks],
+            moment: HeatMoment::default(),
+            blocks: vec![HeatMoment::default(); blocks],
             carried: vec![Flow::default(); particles.div_ceil(GRAIN)],
         }
     }
 
     /// A sweep begins.
     pub(super) fn begin(&mut self) {
-        self.blocks.fill(Handed::default());
+        self.blocks.fill(HeatMoment::default());
     }
 
     /// Where the blocks of the sweep may write.
@@ -80,7 +127,7 @@ impl HeatTally {
     /// The sums of the sweep just done are energies handed over, or powers that act for the time t.
     pub fn keep(&mut self, t: f64) {
         for block in &self.blocks {
-            add(&mut self.moment, t, block);
+            self.moment.add(t, block);
         }
     }
 
@@ -100,7 +147,9 @@ impl HeatTally {
                 }
             });
         for sum in &self.carried {
-            add(&mut self.moment[3..], t, std::slice::from_ref(sum));
+            for (s, x) in self.moment.flows[CONVECTION].iter_mut().zip(sum) {
+                *s += t * x;
+            }
         }
     }
 }

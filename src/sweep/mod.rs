@@ -23,7 +23,7 @@ mod work;
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
-pub use heat_tally::{Flow, HeatTally};
+pub use heat_tally::{HeatMoment, HeatTally};
 pub use tally::{Tally, Tensor};
 pub use thermal_exchange::{Slopes, ThermalSweep, slopes, thermal_exchange};
 pub use wall_density::wall_densities;

@@ -5,7 +5,7 @@
 
 use std::marker::PhantomData;
 
-use super::heat_tally::{Handed, HeatSums, HeatTally};
+use super::heat_tally::{Given, HeatMoment, HeatSums, HeatTally};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wall_thermal::WallRounds;
 use super::{CHUNK, Direction, Shared, Task, for_each_block, padded, run_wide};
@@ -87,8 +87,8 @@ struct ThermalTask<'a, X, V, const D: usize> {
 struct Change {
     momentum: [f64; 3],
     random: [f64; 3],
-    /// Energy that i got from j by conduction and by friction, the kinetic one included.
-    energy: [f64; 2],
+    /// Energy that i got from j, the kinetic one included.
+    energy: Given,
     refused: u64,
 }
 
@@ -249,7 +249,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             *ej = e[1] + gain;
         }
         for a in 0..D {
-            change.energy[1] += 0.5 * dv[a] * (v[a] + w[a]);
+            let mean = 0.5 * (v[a] + w[a]);
+            change.energy.mean[1] += (dv[a] - change.random[a]) * mean;
+            change.energy.noise[1] += change.random[a] * mean;
             v[a] += dv[a];
             w[a] -= dv[a];
         }
@@ -265,7 +267,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         let d = self.heat_decay(lanes, k, e);
         match self.exchange.conduct(e, &d, lanes.xi[3][k], V::ON) {
             Some(after) => {
-                change.energy[0] = after[0] - e[0];
+                let mean = 0.5 * d.heat * (e[0] - e[1]);
+                change.energy.mean[0] = mean;
+                change.energy.noise[0] = after[0] - e[0] - mean;
                 [*ei, *ej] = after;
             }
             None => change.refused += 1,
@@ -278,7 +282,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         let mut change = Change {
             momentum: [0.0; 3],
             random: [0.0; 3],
-            energy: [0.0; 2],
+            energy: Given::default(),
             refused: 0,
         };
         if X::CONDUCTION && self.direction == Direction::Backward {
@@ -301,7 +305,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         mut next: impl FnMut(usize) -> I,
     ) {
         let mut virial = self.tally.map(Virial::new);
-        let mut handed = self.current.map(|_| Handed::default());
+        let mut handed = self.current.map(|_| HeatMoment::default());
         let mut refused = 0;
         loop {
             let (mut count, mut finished) = (0, false);
@@ -340,18 +344,15 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         lanes: &mut Lanes,
         count: usize,
         virial: &mut Option<Virial>,
-        handed: &mut Option<Handed>,
+        handed: &mut Option<HeatMoment>,
     ) -> u64 {
         let mut refused = 0;
         for k in 0..count {
             let change = self.update(lanes, k);
             refused += change.refused;
             if let Some(handed) = handed {
-                for (sum, energy) in handed.iter_mut().zip(change.energy) {
-                    for a in 0..D {
-                        sum[a] += lanes.r[a][k] * energy;
-                    }
-                }
+                let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
+                handed.exchange::<D>(r, &change.energy);
             }
             for a in 0..D {
                 lanes.change[a][k] = change.momentum[a];

@@ -4,7 +4,7 @@
 
 use std::marker::PhantomData;
 
-use super::heat_tally::{Flow, Handed, HeatSums, HeatTally, PRESSURE};
+use super::heat_tally::{Flow, HeatMoment, HeatSums, HeatTally};
 use super::{CHUNK, Shared, Task, Walk, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -56,7 +56,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
         let mut walk = Walk::default();
         let mut r2 = [0.0; CHUNK];
         let (mut approach, mut slope) = ([0.0; CHUNK], [0.0; CHUNK]);
-        let mut handed = Handed::default();
+        let mut handed = HeatMoment::default();
         loop {
             let mut back = walk;
             let count = walk.next_pairs(self.block, CHUNK, |head, lane, partners| {
@@ -90,7 +90,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
                 approach[k] *= slope[k];
             }
             if self.current.is_some() {
-                self.hand_over(back, &slope, &mut handed[PRESSURE]);
+                self.hand_over(back, &slope, handed.pressure());
             }
             back.next_pairs(self.block, CHUNK, |head, lane, partners| {
                 let mut sum = 0.0;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,12 @@ from .twin.thermal_splitting import Accounts, Sweep, kicked
 Array = NDArray[np.float64]
 
 CONSERVING = ("full", "full_variable", "heating", "conduction", "adiabatic")
-PARTS = {"conduction": 0, "friction": 1, "pressure": 2, "convection": 3}
+PARTS = ("conduction", "friction", "pressure", "convection", "conduction noise", "friction noise")
 
 
 def rows(observer: Any, dimension: int) -> Array:
-    """Parts of the flux, (intervals, 4, D)."""
-    return np.asarray(observer.table())[:, 2:].reshape(-1, 4, dimension)
+    """Parts of the flux, (intervals, 6, D)."""
+    return np.asarray(observer.table())[:, 2:].reshape(-1, 6, dimension)
 
 
 def moment(sim: Any, system: ThermalSystem) -> Array:
@@ -75,14 +76,14 @@ def test_it_is_the_change_of_the_helfand_moment(
     scale = np.abs(moments).max()
     np.testing.assert_allclose(got, expected, rtol=0.0, atol=3e-13 * scale)
     assert np.abs(expected).max() > 1e-3 * scale
-    present = {
-        "conduction": exchanges in ("full", "full_variable", "conduction"),
-        "friction": exchanges not in ("conduction", "adiabatic"),
-        "pressure": True,
-        "convection": True,
-    }
-    for name, part in PARTS.items():
-        assert bool(np.abs(rows(observer, dimension)[:, part]).max() > 0.0) is present[name]
+    conducts = exchanges in ("full", "full_variable", "conduction")
+    rubs = exchanges not in ("conduction", "adiabatic")
+    present = [conducts, rubs, True, True, conducts, rubs]
+    if noise == "none" or exchanges == "adiabatic":
+        present[4:] = False, False
+    largest = np.abs(rows(observer, dimension)).max(axis=(0, 2))
+    rounding = 1e-12 * largest.max()
+    assert (largest > rounding).tolist() == present, dict(zip(PARTS, largest, strict=True))
 
 
 # --- by part ----------------------------------------------------------------------------------
@@ -93,8 +94,8 @@ class Ledger(Sweep):
 
     def __init__(self, system: ThermalSystem, time: float) -> None:
         super().__init__(system, time, Accounts())
-        self.conduction = np.zeros(system.dimension)
-        self.friction = np.zeros(system.dimension)
+        self.conduction = np.zeros((2, system.dimension))  # without the noise, by the noise
+        self.friction = np.zeros((2, system.dimension))
 
     def energies(self, contact: Contact) -> Array:
         ends = (contact.i, contact.j)
@@ -112,14 +113,21 @@ class Ledger(Sweep):
         return way * 0.5 * (change[0] - change[1])
 
     def rub(self, contact: Contact) -> None:
-        before = self.energies(contact)
-        super().rub(contact)
-        self.friction += self.handed(contact, before)
+        self.note(contact, super().rub, self.friction)
 
     def conduct(self, contact: Contact) -> None:
-        before = self.energies(contact)
-        super().conduct(contact)
-        self.conduction += self.handed(contact, before)
+        self.note(contact, super().conduct, self.conduction)
+
+    def note(self, contact: Contact, exchange: Callable[[Contact], None], account: Array) -> None:
+        """First as it is without the noise: what the noise adds is linear in the variates."""
+        before, ends = self.energies(contact), (contact.i, contact.j)
+        saved = [(self.heat[k], list(self.velocities[k])) for k in ends]
+        exchange(contact._replace(xi=[0.0] * 4))
+        mean = self.handed(contact, before)
+        for k, (heat, velocity) in zip(ends, saved, strict=True):
+            self.heat[k], self.velocities[k] = heat, velocity
+        exchange(contact)
+        account += np.array([mean, self.handed(contact, before) - mean])
 
 
 def swept(system: ThermalSystem, order: Any, half: int) -> tuple[ThermalSystem, Array, Array]:
@@ -187,8 +195,9 @@ def test_every_part_is_the_twins(dimension: int, exchanges: str) -> None:
     moved, second, again = pressed(replace(moved, temperatures=adiabat))
     rest = booked - second - base.mass * moved.caloric.cold(moved.densities)
     _, more, rubbed = swept(moved.heated(rest), backward, 1)
-    expected = np.array([heat + more, rub + rubbed, push + again, carried])
-    for part in range(4):
+    heat, rub = heat + more, rub + rubbed
+    expected = np.array([heat[0], rub[0], push + again, carried, heat[1], rub[1]])
+    for part in range(6):
         scale = np.abs(expected[part]).max()
         np.testing.assert_allclose(got[part], expected[part], rtol=0, atol=1e-8 * scale)
         assert scale > 1e-3

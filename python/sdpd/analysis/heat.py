@@ -1,10 +1,12 @@
 r"""Thermal conductivity from the flux of heat at equilibrium: Einstein-Helfand and Green-Kubo.
 
 The flux is the mean over each sampling interval of everything that carries energy,
-q = (1/V) [sum_i e_i v_i + sum_{i<j} r_ij de_ij/dt], random heat included (:class:`sdpd.HeatCurrent`),
-in a fluid at rest. Helfand, Phys. Rev. 119, 1 (1960); Allen and Tildesley, *Computer Simulation of
-Liquids*, 2nd ed., 2017, sec. 2.7; Ripoll, Español and Ernst, Int. J. Mod. Phys. C 9, 1329 (1998)
-(particles with internal energies).
+q = (1/V) [sum_i e_i v_i + sum_{i<j} r_ij de_ij/dt], random heat included, in a fluid at rest
+(:class:`sdpd.HeatCurrent`).
+
+Helfand, Phys. Rev. 119, 1 (1960); Allen and Tildesley, *Computer Simulation of Liquids*, 2nd ed.,
+2017, sec. 2.7; Ripoll, Español and Ernst, Int. J. Mod. Phys. C 9, 1329 (1998) (particles with
+internal energies).
 """
 
 from __future__ import annotations
@@ -114,7 +116,8 @@ def einstein_conductivity(
 
     Notes
     -----
-    .. math:: \kappa = \lim_{t\to\infty}\frac{1}{2 V k_BT^2}\frac{d}{dt}\langle\Delta G_a^2(t)\rangle
+    .. math::
+        \kappa = \lim_{t\to\infty}\frac{1}{2 V k_BT^2}\frac{d}{dt}\langle\Delta G_a^2(t)\rangle
 
     Temperature fluctuates in a box of constant energy, but the fluid's kappa is that of the mean
     temperature.

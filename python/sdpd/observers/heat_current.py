@@ -22,8 +22,14 @@ PARTS = ("conduction", "friction", "pressure", "convection")
 CHOICES = ("total", *PARTS)
 AT_REST = 1e-9  # total momentum over what N particles with Maxwellian speeds would have
 
-# Columns of the core's table of sums.
-_PRODUCTS = [(p, q) for p in range(4) for q in range(p, 4)]
+# The core keeps six parts: these four, the first two without their noise, and the noise of either.
+_MEMBERS = {"conduction": {0, 4}, "friction": {1, 5}, "pressure": {2}, "convection": {3}}
+_MEMBERS["total"] = set().union(*_MEMBERS.values())
+_NOISE = {4, 5}
+# Columns of its table of sums.
+_PRODUCTS = [(p, q) for p in range(6) for q in range(p, 6)]
+_VARIATION = {4: 22, 5: 23}
+_TOTAL, _RANDOM = 24, 25
 
 
 def _check_energy(name: str, sim: Simulation) -> None:
@@ -128,18 +134,21 @@ class HeatCurrent(LoopObserver):
 
         Fields are ``step`` and ``time`` of the end [1, time], and ``conduction``, ``friction``,
         ``pressure`` and ``convection``, the mean parts of the flux over the interval, shape (D,)
-        each [energy/(length^(D-1) time)].
+        each [energy/(length^(D-1) time)]; then ``noise``, what random heat and impulses have of the
+        first two.
         """
         d = self._dimension
         kinds: list[Any] = [("step", np.int64), ("time", np.float64)]
-        kinds += [(name, np.float64, (d,)) for name in PARTS]
+        kinds += [(name, np.float64, (d,)) for name in (*PARTS, "noise")]
         tables = self._tables()
         result = np.zeros(sum(len(table) for table in tables), dtype=kinds)
         if len(result):
             rows = np.concatenate(tables)
             result["step"], result["time"] = rows[:, 0], rows[:, 1]
-            for index, name in enumerate(PARTS):
-                result[name] = rows[:, 2 + index * d : 2 + (index + 1) * d]
+            parts = rows[:, 2:].reshape(-1, 6, d)
+            for name in PARTS:
+                result[name] = parts[:, sorted(_MEMBERS[name])].sum(axis=1)
+            result["noise"] = parts[:, sorted(_NOISE)].sum(axis=1)
         return result
 
     @property
@@ -156,7 +165,7 @@ class HeatCurrent(LoopObserver):
 
 
 class HeatCurrentCorrelator(LaggedObserver):
-    r"""Increments of the heat's Helfand moment and autocorrelation of its flux, on logarithmic lags.
+    r"""Increments of the Helfand moment of heat and autocorrelation of its flux, on many lags.
 
     No series is kept, however long the run. `increments` leads to the conductivity by
     `sdpd.analysis.einstein_conductivity`, `autocorrelation` by
@@ -237,13 +246,19 @@ class HeatCurrentCorrelator(LaggedObserver):
         """Volume of the box [length^D]."""
         return self._volume
 
-    def increments(self, part: str = "total", *, n_blocks: int = BLOCKS) -> Correlation:
+    def increments(
+        self, part: str = "total", *, exact_noise: bool = True, n_blocks: int = BLOCKS
+    ) -> Correlation:
         """Mean-square increments of the Helfand moment, mean over the axes [(energy length)^2].
 
         Parameters
         ----------
         part : {"total", "conduction", "friction", "pressure", "convection"}
             All, or one part alone. Parts are correlated: theirs do not add up to the total.
+        exact_noise : bool
+            Replace the mean square of what the noise alone hands over by the sum of the squares
+            that it hands over pair by pair: the same mean, known much better. A Metropolis step
+            that refuses updates, or very few k_B a particle, make them differ by the share refused.
         n_blocks : int
             Blocks of time behind the standard error, >= 2; lags longer than a block are left out.
 
@@ -258,19 +273,42 @@ class HeatCurrentCorrelator(LaggedObserver):
         """
         validation.choice("part", part, CHOICES)
         groups, longest = self._grouped(self._checked_blocks(n_blocks))
-        members = {k for k in range(4) if part in ("total", PARTS[k])}
-        weights = [(1.0 if p == q else 2.0) * ({p, q} <= members) for p, q in _PRODUCTS]
-        sums = groups[..., 1:11] @ np.array(weights)
+        members, exact = _MEMBERS[part], validation.boolean("exact_noise", exact_noise)
+        sums = groups[..., 1:22] @ _square(members)
+        if exact:
+            noise = members & _NOISE
+            sums = sums - groups[..., 1:22] @ _square(noise)
+            sums = sums + sum(groups[..., _VARIATION[k]] for k in noise)
         unit = (self._current * self._unit_time) ** 2
         return self._as_correlation(sums * unit, groups[..., 0], longest, dimension=self._dimension)
 
-    def autocorrelation(self, *, n_blocks: int = BLOCKS) -> Correlation:
-        """Autocorrelation of the mean flux over the intervals, mean over the axes [flux^2].
+    def noise_increments(self, *, n_blocks: int = BLOCKS) -> Correlation:
+        """Mean-square increments of what noise alone hands over, from its pair sums.
+
+        They grow linearly in time: of all increments, the part that is delta-correlated.
 
         Parameters
         ----------
         n_blocks : int
             As in `increments`.
+
+        Returns
+        -------
+        sdpd.analysis.Correlation
+            [(energy length)^2].
+        """
+        groups, longest = self._grouped(self._checked_blocks(n_blocks))
+        sums = groups[..., list(_VARIATION.values())].sum(axis=-1)
+        unit = (self._current * self._unit_time) ** 2
+        return self._as_correlation(sums * unit, groups[..., 0], longest, dimension=self._dimension)
+
+    def autocorrelation(self, *, exact_noise: bool = True, n_blocks: int = BLOCKS) -> Correlation:
+        """Autocorrelation of the mean flux over the intervals, mean over the axes [flux^2].
+
+        Parameters
+        ----------
+        exact_noise, n_blocks
+            As in `increments`; noise of different intervals is independent.
 
         Returns
         -------
@@ -284,10 +322,21 @@ class HeatCurrentCorrelator(LaggedObserver):
             Without samples.
         """
         groups, longest = self._grouped(self._checked_blocks(n_blocks))
+        sums = groups[..., _TOTAL].copy()
+        if validation.boolean("exact_noise", exact_noise):
+            sums -= groups[..., _RANDOM]
+            interval = (self._every or 1) * self._dt / self._unit_time
+            squares = groups[:, 1, 22:24].sum(axis=1) / np.maximum(groups[:, 1, 0], 1.0)
+            sums[:, 0] += groups[:, 0, 0] * squares / interval**2
         unit = (self._current / self._volume) ** 2
         return self._as_correlation(
-            groups[..., 11] * unit,
+            sums * unit,
             groups[..., 0],
             min(longest, self.points - 1.0),
             dimension=self._dimension,
         )
+
+
+def _square(members: set[int]) -> Array:
+    """Coefficients of the products of increments in the square of the members' sum."""
+    return np.array([(1.0 if p == q else 2.0) * ({p, q} <= members) for p, q in _PRODUCTS])
