@@ -13,7 +13,7 @@ from sdpd import conductivity
 CASES = {
     "liquid, conduction rules": (3, "liquid", 50.0, 10.0, 20.0),
     "liquid, friction matters": (3, "liquid", 50.0, 1.0, 20.0),
-    "liquid, thin": (3, "liquid", 50.0, 0.5, 2.0),
+    "liquid, thin": (3, "liquid", 50.0, 1.0, 2.0),
     "gas": (3, "gas", 25.0, 4.0, 20.0),
     "liquid in two dimensions": (2, "liquid", 50.0, 1.0, 20.0),
 }

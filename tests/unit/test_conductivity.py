@@ -73,12 +73,13 @@ def test_parts_of_the_conductivity_are_those_of_mean_field(study: conductivity.S
     assert found.asked == study.asked == 100.0
     assert found.temperature.value == pytest.approx(1.0, abs=0.02)
     assert expected.friction == pytest.approx(5.0 / 3.0 * 20.0, rel=0.01)  # (5/3) eta kB/m
+    assert conductivity.predict(found.sample).convection < expected.convection  # short steps
     # the noise of conduction and friction, less what a step of two friction times takes
     assert found.noise.value == pytest.approx(expected.conduction + expected.friction, rel=0.05)
     friction = found.shares["friction"]
     assert abs(friction.value - expected.friction) < 0.1 * expected.friction + 4.0 * friction.stderr
     convection = found.shares["convection"]
-    assert 0.3 < convection.value / expected.convection < 1.5
+    assert 0.5 < convection.value / expected.convection < 2.5  # an order of magnitude
     # Green-Kubo is the same data
     assert found.green_kubo.value == pytest.approx(found.helfand.value, rel=0.05)
     assert found.helfand.relative < 0.05
@@ -90,7 +91,7 @@ def test_ways_agree_and_say_so(study: conductivity.Study, tmp_path: Path) -> Non
     for words in ("Helfand moment", "imposed gradient", "lattice decay", "PASS", "friction alone"):
         assert words in text
     paths = conductivity.write(study, tmp_path)
-    table = list(csv.DictReader(paths[0].open()))
+    table = list(csv.DictReader(paths[0].read_text().splitlines()))
     assert {row["name"] for row in table} >= {"asked", "Green-Kubo", "imposed gradient"}
     assert float(table[0]["conductivity"]) == 100.0
     pytest.importorskip("matplotlib")

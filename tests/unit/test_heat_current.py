@@ -59,10 +59,10 @@ def test_correlator_is_the_correlation_of_the_series(observed) -> None:
 
 def test_exact_noise_changes_no_mean_and_most_of_the_error(observed) -> None:
     sim, _, products = observed
-    window = (2.0 * products._dt, 20.0 * products._dt)
+    window = (2.0 * products._dt, 14.0 * products._dt)
     plain, exact = (
         analysis.einstein_conductivity(
-            products.increments(exact_noise=way), window=window, **settings(sim)
+            products.increments(exact_noise=way, n_blocks=16), window=window, **settings(sim)
         )
         for way in (False, True)
     )

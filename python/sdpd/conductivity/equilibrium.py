@@ -30,8 +30,9 @@ BLOCKS = 32
 PARTS = ("total", "conduction", "friction", "pressure", "convection")
 PAIRS = 3e8  # pairs visited; some 50 s of one ordinary core
 SETTLE = 600  # steps before the first sample
-WINDOW = (4.0, 8.0)  # of the memory of the current
-SAMPLES = 4  # a memory
+MEMORIES = 8.0  # until the slope is that of slow flow
+THERMAL = 0.5  # but no less than so many conduction times
+SAMPLES = 6  # up to the first lag of the window
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,7 +119,8 @@ def equilibrium(
     work : float
         Pairs of particles to visit, 3e8 (some 50 s of one core) unless told otherwise.
     window : tuple of float, optional
-        First and last lag of the fit [time]; 4 and 8 times the larger of tau and tau_q if None.
+        First and last lag of the fit [time]; if None from 8/(1/tau + 1/tau_q), after which no
+        particle has both its velocity and its temperature left, or tau_q/2, to twice that.
     seed : int
     n_blocks : int
         Of time, for the errors; each must outlast the window.
@@ -155,9 +157,8 @@ def equilibrium(
         scene.replace(effects=replace(scene.effects, energy=True)), particles=particles
     )
     step = scene_step(sample, dt)
-    memory = _memory(sample)
-    first, last = _window(window, memory, step)
-    every = max(1, round(min(memory / SAMPLES, (last - first) / 4.0) / step))
+    first, last = _window(window, sample, step)
+    every = max(1, int(min(first / SAMPLES, (last - first) / 4.0) / step))
     points = 2 * math.ceil(0.5 * (last / (every * step) + 2.0))
     if steps is None:
         steps = int(
@@ -220,19 +221,14 @@ def _check(scene: Scene) -> None:
         )
 
 
-def _memory(scene: Scene) -> float:
-    """How long particles remember velocity and temperature, the larger one [time]."""
-    times = [scene.conduction_time]
-    if scene.active_effects.dissipation:
-        times.append(scene.friction_time)
-    return max(times)
-
-
-def _window(window: tuple[float, float] | None, memory: float, step: float) -> tuple[float, float]:
+def _window(window: tuple[float, float] | None, scene: Scene, step: float) -> tuple[float, float]:
     """First and last lag of the fit, some steps apart."""
     if window is None:
-        first = max(WINDOW[0] * memory, 2.0 * step)
-        return first, max(WINDOW[1] * memory, first + 4.0 * step)
+        thermal = scene.conduction_time
+        moving = scene.friction_time if scene.active_effects.dissipation else math.inf
+        memory = 1.0 / (1.0 / thermal + 1.0 / moving)
+        first = max(MEMORIES * memory, THERMAL * thermal, 2.0 * step)
+        return first, max(2.0 * first, first + 4.0 * step)
     first, last = validation.vector("window", window, length=2)
     if not 0.0 <= first < last - step:
         raise ValueError(

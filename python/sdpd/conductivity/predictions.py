@@ -9,8 +9,10 @@ for as long as both velocity and temperature last: n C (k_B T/m)/(1/tau + 1/tau_
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from sdpd import validation
 from sdpd.scene import Scene
 
 __all__ = ["Prediction", "predict"]
@@ -27,7 +29,8 @@ class Prediction:
     friction : float
         (D a + b) k_B/(4 m), times the same factor; short steps.
     convection : float
-        n C (k_B T/m)/(1/tau + 1/tau_q): an order of magnitude, without correlations of particles.
+        n C (k_B T/m)/(1/tau + 1/tau_q), of the steps: an order of magnitude, without correlations of
+        particles.
     """
 
     conduction: float
@@ -40,13 +43,24 @@ class Prediction:
         return self.conduction + self.friction + self.convection
 
 
-def predict(scene: Scene) -> Prediction:
+def predict(scene: Scene, *, dt: float = 0.0) -> Prediction:
     """Mean-field conductivity of a scene with heat conduction.
+
+    Parameters
+    ----------
+    scene : Scene
+    dt : float
+        Time step [time], >= 0: over one, particles keep their velocity, which lengthens what they
+        remember.
+
+    Returns
+    -------
+    Prediction
 
     Raises
     ------
     TypeError, ValueError
-        If the fluid does not conduct.
+        If the fluid does not conduct, or `dt` is negative.
     """
     from sdpd.conductivity.lattice import check_conduction
 
@@ -62,8 +76,10 @@ def predict(scene: Scene) -> Prediction:
         trace = scene.dimension * scene.friction_across + scene.friction_along
         friction = trace * kb / (4.0 * mass) * factor
     density = scene.n_particles / scene.box.volume
+    turns = 0.5 * rate * validation.non_negative("dt", dt)
+    slower = turns / math.tanh(turns) if turns > 0.0 else 1.0
     return Prediction(
         conduction=scene.conductivity * factor,
         friction=friction if moving.viscous_heating else 0.0,
-        convection=density * capacity * scene.thermal_energy / mass / rate,
+        convection=density * capacity * scene.thermal_energy / mass / rate * slower,
     )

@@ -19,7 +19,7 @@ __all__ = ["Study", "run_conductivity"]
 
 QUICK_SHARE = 0.12
 DIFFERENCE = 0.8  # of the plates' temperatures, over that of the fluid
-GRADIENT_TIMES = 12.0  # of the slowest wave of the slab
+GRADIENT_TIMES = 8.0  # of the slowest wave of the slab, at least, and before as well
 ACCURACY = 0.01  # of the delivered value: what the layers next to the plates may change
 
 
@@ -144,7 +144,8 @@ def run_conductivity(
     heated = imposed_gradient(
         at_rest.sample,
         difference=DIFFERENCE,
-        times=max(2.0, GRADIENT_TIMES * factor),
+        times=max(1.0, GRADIENT_TIMES * min(factor, 1.0)),
+        work=factor * PAIRS,
         seed=seed + 1,
         n_blocks=BLOCKS,
         dt=at_rest.dt,
@@ -167,7 +168,7 @@ def run_conductivity(
         decay=wave,
         equilibrium=at_rest,
         gradient=heated,
-        prediction=predict(at_rest.sample),
+        prediction=predict(at_rest.sample, dt=at_rest.dt),
         comparisons=(comparison,),
         agreed=judge((comparison,)),
         seconds=time.perf_counter() - began,
