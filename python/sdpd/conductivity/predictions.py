@@ -29,8 +29,8 @@ class Prediction:
     friction : float
         (D a + b) k_B/(4 m), times the same factor; short steps.
     convection : float
-        n C (k_B T/m)/(1/tau + 1/tau_q), of the steps: an order of magnitude, without correlations of
-        particles.
+        n C (k_B T/m)/(1/tau + 1/tau_q), at the time step: an order of magnitude, as correlations of
+        particles are left out.
     """
 
     conduction: float
