@@ -14,7 +14,7 @@ use crate::observe::{Observer, Parts, View};
 use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
 use crate::state::Particles;
-use crate::sweep::Tally;
+use crate::sweep::{HeatTally, Tally};
 use crate::thermal::{Thermal, ThermalSettings};
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
@@ -387,12 +387,23 @@ impl Engine {
             let tally = self.tally.get_or_insert_with(|| Tally::new(n, blocks));
             tally.parts = parts;
         }
+        let mut current = false;
+        self.each_observer(|observer| current |= observer.needs_heat_current());
+        if let (true, Some(thermal)) = (current, &mut self.thermal) {
+            let (n, blocks) = (self.particles.len(), self.grid.block_count());
+            thermal
+                .current
+                .get_or_insert_with(|| HeatTally::new(n, blocks));
+        }
     }
 
     /// Detaches all observers.
     pub fn detach_all(&mut self) {
         self.observers.clear();
         self.tally = None;
+        if let Some(thermal) = &mut self.thermal {
+            thermal.current = None;
+        }
     }
 
     /// Puts particle of row `row` somewhere else: position and velocity in reduced units. Call

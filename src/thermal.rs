@@ -10,7 +10,7 @@ use crate::eos::caloric::{self, Caloric};
 use crate::error::{Error, Result};
 use crate::physics::{PairThermal, Power};
 use crate::state::Particles;
-use crate::sweep::States;
+use crate::sweep::{HeatTally, States};
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
 
@@ -143,6 +143,8 @@ pub struct Thermal {
     pub walls: Vec<WallHeat>,
     /// Where energy has come from and gone to.
     pub accounts: Accounts,
+    /// The current of energy, where an observer wants it.
+    pub current: Option<HeatTally>,
     /// Updates of pairs that were not made in the sweep under way, by block.
     pub refused: Vec<u64>,
     /// Work of the body force in the kick under way, by slot; then what the books discard.
@@ -227,6 +229,7 @@ impl Thermal {
                 ..Accounts::default()
             },
             walls,
+            current: None,
             refused: vec![0; blocks],
             input: vec![0.0; n],
             unbooked: vec![0.0; n],
@@ -378,7 +381,10 @@ impl Thermal {
     }
 
     /// Takes the work of a kick of length t, whose sums the work sweep has made, off the energies.
-    pub fn book_work(&self, particles: &mut Particles, t: f64) {
+    pub fn book_work(&mut self, particles: &mut Particles, t: f64) {
+        if let Some(current) = &mut self.current {
+            current.keep(t);
+        }
         let Fields { energy, work, .. } = self.fields;
         let [energy, work] = pick(&mut particles.scalars, [energy, work]);
         energy
@@ -387,6 +393,14 @@ impl Thermal {
             .zip(particles.velocity.par_iter())
             .with_min_len(GRAIN)
             .for_each(|((energy, &work), velocity)| *energy -= t * velocity[3] * work);
+    }
+
+    /// Adds to the current what particles carry with them in a drift of length t, by their books.
+    pub fn carry(&mut self, particles: &Particles, t: f64) {
+        if let Some(current) = &mut self.current {
+            let energy = &particles.scalars[self.fields.energy].values;
+            current.drift(t, &particles.velocity, energy);
+        }
     }
 
     /// Replaces the adiabat's energies by those of the books.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use sdpd::domain::PeriodicBox;
-use sdpd::observe::{Correlator, Currents, Parts, StressCorrelator};
+use sdpd::observe::{Correlator, Currents, HeatCorrelator, Parts, StressCorrelator};
 use sdpd::registry::Combination;
 use sdpd::relax::{normal_velocities, uniform_positions};
 use sdpd::simulation::{Engine, Settings};
@@ -190,8 +190,10 @@ fn attach_correlators(engine: &mut Engine) {
     let vectors = vec![[1, 0, 0], [0, -2, 1]];
     let stress = StressCorrelator::new(1, 3, Parts::All, 8, 4).unwrap();
     let currents = Currents::new(1, 3, vectors, 8, 4, n).unwrap();
+    let heat = HeatCorrelator::new(1, 3, 8, 4).unwrap();
     engine.attach(Arc::new(Mutex::new(stress)));
     engine.attach(Arc::new(Mutex::new(currents)));
+    engine.attach(Arc::new(Mutex::new(heat)));
     engine.attach(Arc::new(Mutex::new(
         Correlator::new(1, 3, 8, 4, n).unwrap(),
     )));

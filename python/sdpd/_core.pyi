@@ -12,6 +12,8 @@ __all__ = [
     "Core",
     "Correlator",
     "Currents",
+    "HeatCorrelator",
+    "HeatCurrent",
     "Profile",
     "Solid",
     "Stress",
@@ -166,6 +168,17 @@ class StressCorrelator:
     def units(self) -> tuple[float, float]: ...
 
 @final
+class HeatCurrent:
+    def table(self) -> _Float: ...
+
+@final
+class HeatCorrelator:
+    def lags(self) -> _Float: ...
+    def blocks(self) -> _Float: ...
+    def block_length(self) -> int: ...
+    def units(self) -> tuple[float, float]: ...
+
+@final
 class Core:
     def __new__(
         cls,
@@ -253,6 +266,8 @@ class Core:
     def attach_stress_correlator(
         self, every: int, points: int, levels: int, parts: bool
     ) -> StressCorrelator: ...
+    def attach_heat_current(self, every: int) -> HeatCurrent: ...
+    def attach_heat_correlator(self, every: int, points: int, levels: int) -> HeatCorrelator: ...
     def attach_currents(
         self, every: int, wave_vectors: list[list[int]], points: int, levels: int
     ) -> Currents: ...

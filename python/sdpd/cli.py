@@ -7,7 +7,7 @@ import importlib.util
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -138,6 +138,21 @@ def _viscosity(options: argparse.Namespace) -> int:
         progress=False if options.no_progress else None,
     )
     return _shown(viscosity, study, options.output)
+
+
+def _conductivity(options: argparse.Namespace) -> int:
+    from sdpd import conductivity
+
+    study = conductivity.run_conductivity(
+        _scene(options.scene),
+        dt="auto" if options.dt is None else options.dt,
+        particles=options.particles,
+        seed=options.seed,
+        time_factor=options.time_factor,
+        quick=options.quick,
+        progress=False if options.no_progress else None,
+    )
+    return _shown(conductivity, study, options.output)
 
 
 def _channel(options: argparse.Namespace) -> int:
@@ -366,6 +381,7 @@ def _parser() -> argparse.ArgumentParser:
     _fluctuations_options(commands)
     _correlations_options(commands)
     _viscosity_options(commands)
+    _conductivity_options(commands)
     _channel_options(commands)
     _nitrogen_options(commands)
     for name, run, text in (
@@ -490,8 +506,19 @@ def _correlations_options(commands: Any) -> None:
 
 def _viscosity_options(commands: Any) -> None:
     text = "viscosity that a scene delivers: four ways side by side, beside what was asked for"
-    command = commands.add_parser("viscosity", help=text, description=text)
-    command.set_defaults(run=_viscosity)
+    _transport_options(commands, "viscosity", _viscosity, text)
+
+
+def _conductivity_options(commands: Any) -> None:
+    text = "conductivity that a scene delivers: three ways side by side, beside what was asked for"
+    _transport_options(commands, "conductivity", _conductivity, text)
+
+
+def _transport_options(
+    commands: Any, name: str, run: Callable[[argparse.Namespace], int], text: str
+) -> None:
+    command = commands.add_parser(name, help=text, description=text)
+    command.set_defaults(run=run)
     add = command.add_argument
     add("scene", metavar="SCENE.toml")
     add("-o", "--output", metavar="DIR", help="write table, text and figure there")

@@ -42,7 +42,8 @@ fn work<K: Kernel, const D: usize>(engine: &mut Engine) {
         ..
     } = engine;
     if let Some(thermal) = thermal {
-        pair_work::<K, D>(particles, thermal.fields.work, grid, list, cell);
+        let current = thermal.current.as_mut();
+        pair_work::<K, D>(particles, thermal.fields.work, grid, list, cell, current);
         wall_work::<K, D>(particles, thermal.fields.work, walls, grid);
     }
 }
@@ -149,6 +150,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
             thermal.open(&mut engine.particles);
         }
         self.kick(engine, 0.5 * dt);
+        if let Some(thermal) = &mut engine.thermal {
+            thermal.carry(&engine.particles, dt);
+        }
         drift::<D>(engine, dt, self.shuffles())?;
         engine.step += 1;
         (self.sweeps.densities)(engine);

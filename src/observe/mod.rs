@@ -2,6 +2,8 @@
 
 mod correlator;
 mod currents;
+mod heat_correlator;
+mod heat_current;
 mod lags;
 mod profile;
 mod stress;
@@ -11,6 +13,8 @@ mod wall_forces;
 
 pub use correlator::{COLUMNS as CORRELATOR_COLUMNS, Correlator};
 pub use currents::{COLUMNS as CURRENT_COLUMNS, Currents};
+pub use heat_correlator::{COLUMNS as HEAT_COLUMNS, HeatCorrelator};
+pub use heat_current::HeatCurrent;
 pub use lags::{BlockedSums, Lags};
 pub use profile::{Coordinate, Profile};
 pub use stress::Stress;
@@ -21,7 +25,7 @@ pub use wall_forces::WallForces;
 use crate::domain::PeriodicBox;
 use crate::eos::EquationOfState;
 use crate::state::Particles;
-use crate::sweep::Tally;
+use crate::sweep::{HeatMoment, Tally};
 use crate::thermal::Thermal;
 use crate::units::Units;
 use crate::wall::Walls;
@@ -69,6 +73,11 @@ impl View<'_> {
         Some(thermal.temperature(self.particles.density[slot], heat))
     }
 
+    /// Integral of the current of energy by part, if an observer asked for it.
+    pub fn heat_moment(&self) -> Option<HeatMoment> {
+        Some(self.thermal?.current.as_ref()?.moment)
+    }
+
     /// Volume of the box in reduced units.
     pub fn volume(&self) -> f64 {
         self.cell.edges[..self.dimension].iter().product()
@@ -82,6 +91,10 @@ pub trait Observer: Send {
     /// Must the loop keep the stress, and its parts apart?
     fn needs_stress(&self) -> Option<Parts> {
         None
+    }
+    /// Must the loop keep the current of energy?
+    fn needs_heat_current(&self) -> bool {
+        false
     }
     /// Takes one sample.
     fn sample(&mut self, view: &View);

@@ -11,8 +11,8 @@ use pyo3::types::PyDict;
 use super::columns::{Columns, check_finite, check_inside, check_temperatures};
 use super::errors::to_python;
 use super::observers::{
-    CorrelatorHandle, CurrentsHandle, ProfileHandle, StressCorrelatorHandle, StressHandle,
-    ThermodynamicsHandle, WallForcesHandle,
+    CorrelatorHandle, CurrentsHandle, HeatCorrelatorHandle, HeatCurrentHandle, ProfileHandle,
+    StressCorrelatorHandle, StressHandle, ThermodynamicsHandle, WallForcesHandle,
 };
 use super::state::{self, Parsed};
 use super::thermal::ThermalArguments;
@@ -569,6 +569,21 @@ impl Core {
         levels: usize,
     ) -> PyResult<CurrentsHandle> {
         CurrentsHandle::attach(&mut *self.lock()?, every, &wave_vectors, points, levels)
+    }
+
+    /// Samples the flux of energy by part, as means over `every` steps.
+    fn attach_heat_current(&self, every: u64) -> PyResult<HeatCurrentHandle> {
+        HeatCurrentHandle::attach(&mut *self.lock()?, every)
+    }
+
+    /// Correlates the current of energy likewise.
+    fn attach_heat_correlator(
+        &self,
+        every: u64,
+        points: usize,
+        levels: usize,
+    ) -> PyResult<HeatCorrelatorHandle> {
+        HeatCorrelatorHandle::attach(&mut *self.lock()?, every, points, levels)
     }
 
     /// Samples mean force and torque on each wall every `every` steps.

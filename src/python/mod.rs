@@ -22,6 +22,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observers::CurrentsHandle>()?;
     module.add_class::<observers::StressCorrelatorHandle>()?;
     module.add_class::<observers::StressHandle>()?;
+    module.add_class::<observers::HeatCurrentHandle>()?;
+    module.add_class::<observers::HeatCorrelatorHandle>()?;
     module.add_class::<observers::ThermodynamicsHandle>()?;
     fields::register(module)?;
     module.add_class::<observers::WallForcesHandle>()?;

@@ -8,8 +8,9 @@ use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::observe::{
-    BlockedSums, CORRELATOR_COLUMNS, Correlator, Currents, Lags, Observer, Parts, Profile,
-    STRESS_COLUMNS, Stress, StressCorrelator, Thermodynamics, WallForces,
+    BlockedSums, CORRELATOR_COLUMNS, Correlator, Currents, HEAT_COLUMNS, HeatCorrelator,
+    HeatCurrent, Lags, Observer, Parts, Profile, STRESS_COLUMNS, Stress, StressCorrelator,
+    Thermodynamics, WallForces,
 };
 use crate::simulation::Engine;
 
@@ -127,6 +128,48 @@ impl StressHandle {
     }
 }
 
+/// Refuses a fluid that has no current of energy: one whose step does not conserve it.
+fn conserving(engine: &Engine) -> PyResult<()> {
+    match &engine.thermal {
+        Some(thermal) if thermal.bookkeeping => Ok(()),
+        Some(_) => Err(PyValueError::new_err(
+            "a current of energy needs the books of the work: `energy_bookkeeping` must be True",
+        )),
+        None => Err(PyValueError::new_err(
+            "a current of energy needs particles with an energy, got an isothermal fluid",
+        )),
+    }
+}
+
+/// Time series of the flux of energy.
+#[pyclass(frozen, name = "HeatCurrent", module = "sdpd._core")]
+pub struct HeatCurrentHandle {
+    shared: Arc<Mutex<HeatCurrent>>,
+    dimension: usize,
+}
+
+impl HeatCurrentHandle {
+    pub(super) fn attach(engine: &mut Engine, every: u64) -> PyResult<Self> {
+        conserving(engine)?;
+        let dimension = engine.dimension;
+        let made = Some(HeatCurrent::new(every, dimension));
+        Ok(Self {
+            shared: attach(engine, made, "a time series")?,
+            dimension,
+        })
+    }
+}
+
+#[pymethods]
+impl HeatCurrentHandle {
+    /// All intervals so far, (intervals, 2 + 6 D): step and time of the end, then the mean flux by
+    /// conduction, friction, pressure, convection, noise of conduction and noise of friction.
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows = lock(&self.shared).rows().to_vec();
+        table_of(py, rows, HeatCurrent::width(self.dimension))
+    }
+}
+
 /// What the handles of the correlators have in common.
 macro_rules! correlator_handle {
     ($handle:ident, $name:literal, $observer:ty, $columns:expr, $what:literal) => {
@@ -179,6 +222,13 @@ correlator_handle!(
     "Columns: see `src/observe/stress_correlator.rs`, in reduced units."
 );
 correlator_handle!(
+    HeatCorrelatorHandle,
+    "HeatCorrelator",
+    HeatCorrelator,
+    |_: &HeatCorrelator| HEAT_COLUMNS,
+    "Columns: see `src/observe/heat_correlator.rs`, in reduced units."
+);
+correlator_handle!(
     CurrentsHandle,
     "Currents",
     Currents,
@@ -215,6 +265,24 @@ impl StressCorrelatorHandle {
         let parts = if parts { Parts::All } else { Parts::Two };
         let made = StressCorrelator::new(every, engine.dimension, parts, points, levels);
         let what = format!("a stress correlator of {points} points on {levels} levels");
+        Ok(Self {
+            shared: attach(engine, made, &what)?,
+            energy: engine.units.energy(),
+            time: engine.units.time(),
+        })
+    }
+}
+
+impl HeatCorrelatorHandle {
+    pub(super) fn attach(
+        engine: &mut Engine,
+        every: u64,
+        points: usize,
+        levels: usize,
+    ) -> PyResult<Self> {
+        conserving(engine)?;
+        let made = HeatCorrelator::new(every, engine.dimension, points, levels);
+        let what = format!("a heat correlator of {points} points on {levels} levels");
         Ok(Self {
             shared: attach(engine, made, &what)?,
             energy: engine.units.energy(),

@@ -8,6 +8,7 @@
 mod density;
 mod exchange;
 mod force;
+mod heat_tally;
 mod pair_state;
 mod tally;
 mod thermal_exchange;
@@ -24,6 +25,7 @@ mod work;
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
+pub use heat_tally::{HeatMoment, HeatTally};
 pub use pair_state::States;
 pub use tally::{Tally, Tensor};
 pub use thermal_exchange::{Slopes, ThermalSweep, slopes, thermal_exchange};

@@ -6,6 +6,7 @@
 
 use std::marker::PhantomData;
 
+use super::heat_tally::{Given, HeatMoment, HeatSums, HeatTally};
 use super::pair_state::Energies;
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wall_thermal::WallRounds;
@@ -89,6 +90,7 @@ struct ThermalTask<'a, X, V, const D: usize> {
     round: usize,
     number: u32,
     tally: Option<BlockSums<'a>>,
+    current: Option<HeatSums<'a>>,
     form: PhantomData<(X, V)>,
 }
 
@@ -96,6 +98,8 @@ struct ThermalTask<'a, X, V, const D: usize> {
 struct Change {
     momentum: [f64; 3],
     random: [f64; 3],
+    /// Energy that i got from j, the kinetic one included.
+    energy: Given,
     refused: u64,
 }
 
@@ -327,6 +331,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             *ej = e[1] + gain;
         }
         for a in 0..D {
+            let mean = 0.5 * (v[a] + w[a]);
+            change.energy.mean[1] += (dv[a] - change.random[a]) * mean;
+            change.energy.noise[1] += change.random[a] * mean;
             v[a] += dv[a];
             w[a] -= dv[a];
         }
@@ -359,6 +366,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 return;
             }
         }
+        let mean = 0.5 * d.heat * (ends.e[0] - ends.e[1]);
+        change.energy.mean[0] = mean;
+        change.energy.noise[0] = gain - mean;
         [*ei, *ej] = after;
     }
 
@@ -368,6 +378,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         let mut change = Change {
             momentum: [0.0; 3],
             random: [0.0; 3],
+            energy: Given::default(),
             refused: 0,
         };
         if X::CONDUCTION && self.direction == Direction::Backward {
@@ -390,6 +401,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         mut next: impl FnMut(usize) -> I,
     ) {
         let mut virial = self.tally.map(Virial::new);
+        let mut handed = self.current.map(|_| HeatMoment::default());
         let mut refused = 0;
         loop {
             let (mut count, mut finished) = (0, false);
@@ -399,13 +411,12 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 count = self.gather(lanes, count, pairs);
             }
             self.compute(lanes, count);
-            match &mut virial {
-                None => {
-                    for k in 0..count {
-                        refused += self.update(lanes, k).refused;
-                    }
+            if virial.is_none() && handed.is_none() {
+                for k in 0..count {
+                    refused += self.update(lanes, k).refused;
                 }
-                Some(virial) => refused += self.update_and_add(lanes, count, virial),
+            } else {
+                refused += self.update_and_add(lanes, count, &mut virial, &mut handed);
             }
             if finished {
                 break;
@@ -417,26 +428,49 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             if let (Some(sums), Some(virial)) = (self.tally, virial) {
                 sums.add(self.number, &virial.sum);
             }
+            if let (Some(sums), Some(handed)) = (self.current, handed) {
+                sums.add(self.number, &handed);
+            }
         }
     }
 
     #[inline(always)]
-    fn update_and_add(&self, lanes: &mut Lanes, count: usize, virial: &mut Virial) -> u64 {
+    fn update_and_add(
+        &self,
+        lanes: &mut Lanes,
+        count: usize,
+        virial: &mut Option<Virial>,
+        handed: &mut Option<HeatMoment>,
+    ) -> u64 {
         let mut refused = 0;
         for k in 0..count {
             let change = self.update(lanes, k);
             refused += change.refused;
+            if let Some(handed) = handed {
+                let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
+                handed.exchange::<D>(r, &change.energy);
+            }
             for a in 0..D {
                 lanes.change[a][k] = change.momentum[a];
-                if let Some(PartLanes { parts }) = &mut virial.parts {
+                if let Some(Virial {
+                    parts: Some(PartLanes { parts }),
+                    ..
+                }) = virial
+                {
                     parts[1][a][k] = change.momentum[a] - change.random[a];
                     parts[2][a][k] = change.random[a];
                 }
             }
         }
-        match &mut virial.parts {
-            Some(parts) => parts.add_to::<D>(&mut virial.sum, &lanes.r, count),
-            None => add_outer::<D>(&mut virial.sum[1], &lanes.r, &mut lanes.change, count),
+        match virial {
+            Some(Virial {
+                sum,
+                parts: Some(parts),
+            }) => parts.add_to::<D>(sum, &lanes.r, count),
+            Some(Virial { sum, parts: None }) => {
+                add_outer::<D>(&mut sum[1], &lanes.r, &mut lanes.change, count);
+            }
+            None => {}
         }
         refused
     }
@@ -517,6 +551,9 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
     if X::VARIABLE {
         thermal.renew_factors(particles);
     }
+    if let Some(current) = &mut thermal.current {
+        current.begin();
+    }
     let mut along = WallRounds::begin(walls);
     let backward = sweep.direction == Direction::Backward;
     // Given heat comes last, and backward first.
@@ -543,6 +580,9 @@ pub fn thermal_exchange<X: Exchanges, V: Variate, const D: usize>(
         along.finish(walls, thermal);
     }
     thermal.count_refused();
+    if let Some(current) = &mut thermal.current {
+        current.keep(1.0);
+    }
     if let Some(tally) = tally {
         tally.keep_exchange();
     }
@@ -556,7 +596,9 @@ fn pairs<X: Exchanges, V: Variate, const D: usize>(
     tally: Option<BlockSums<'_>>,
 ) {
     let mut refused = std::mem::take(&mut thermal.refused);
+    let mut current = thermal.current.take();
     {
+        let current = current.as_mut().map(HeatTally::sums);
         let counts = Shared::new(&mut refused);
         let velocity = Shared::new(&mut particles.velocity);
         let energies = Energies {
@@ -584,9 +626,10 @@ fn pairs<X: Exchanges, V: Variate, const D: usize>(
                 round,
                 number,
                 tally,
+                current,
                 form: PhantomData,
             });
         });
     }
-    thermal.refused = refused;
+    (thermal.refused, thermal.current) = (refused, current);
 }

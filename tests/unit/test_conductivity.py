@@ -1,11 +1,14 @@
-"""The conductivity that a fluid delivers: by decay on the lattice, and by an imposed gradient."""
+"""The conductivity that a fluid delivers: on the lattice, between plates, in equilibrium."""
 
 from __future__ import annotations
+
+import csv
+from pathlib import Path
 
 import pytest
 
 import sdpd
-from sdpd import conductivity
+from sdpd import cli, conductivity
 
 from .thermal import fluid, scene
 
@@ -52,3 +55,64 @@ def test_bad_arguments_are_named() -> None:
         conductivity.decay(scene(), steps=0)
     with pytest.raises(ValueError, match="`wavenumber` must be"):
         conductivity.lattice_conductivity(scene(), -1.0)
+
+
+# --- in equilibrium, and all ways together ------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def study() -> conductivity.Study:
+    made = scene(fluid(50.0, thermal_conductivity=100.0), edge=6.0)
+    return conductivity.run_conductivity(
+        made, seed=2, quick=True, time_factor=0.15, threads=1, progress=False
+    )
+
+
+def test_parts_of_the_conductivity_are_those_of_mean_field(study: conductivity.Study) -> None:
+    found, expected = study.equilibrium, study.prediction
+    assert found.asked == study.asked == 100.0
+    assert found.temperature.value == pytest.approx(1.0, abs=0.02)
+    assert expected.friction == pytest.approx(5.0 / 3.0 * 20.0, rel=0.01)  # (5/3) eta kB/m
+    assert conductivity.predict(found.sample).convection < expected.convection  # short steps
+    # the noise of conduction and friction, less what a step of two friction times takes
+    assert found.noise.value == pytest.approx(expected.conduction + expected.friction, rel=0.05)
+    friction = found.shares["friction"]
+    assert abs(friction.value - expected.friction) < 0.1 * expected.friction + 4.0 * friction.stderr
+    convection = found.shares["convection"]
+    assert 0.5 < convection.value / expected.convection < 2.5  # an order of magnitude
+    # Green-Kubo is the same data
+    assert found.green_kubo.value == pytest.approx(found.helfand.value, rel=0.05)
+    assert found.helfand.relative < 0.05
+
+
+def test_ways_agree_and_say_so(study: conductivity.Study, tmp_path: Path) -> None:
+    assert study.passed, str(study)
+    text = str(study)
+    for words in ("Helfand moment", "imposed gradient", "lattice decay", "PASS", "friction alone"):
+        assert words in text
+    paths = conductivity.write(study, tmp_path)
+    table = list(csv.DictReader(paths[0].read_text().splitlines()))
+    assert {row["name"] for row in table} >= {"asked", "Green-Kubo", "imposed gradient"}
+    assert float(table[0]["conductivity"]) == 100.0
+    pytest.importorskip("matplotlib")
+    assert conductivity.write_figure(study, tmp_path).stat().st_size > 1e4
+
+
+def test_what_equilibrium_cannot_measure_is_refused() -> None:
+    with pytest.raises(ValueError, match="`scene` must have heat conduction"):
+        conductivity.equilibrium(scene(effects=sdpd.Effects()))
+    with pytest.raises(ValueError, match="`scene` must have thermal fluctuations"):
+        conductivity.equilibrium(scene(effects=sdpd.Effects(energy=True, fluctuations=False)))
+    with pytest.raises(ValueError, match="`scene` must have viscous heating"):
+        conductivity.equilibrium(scene(effects=sdpd.Effects(energy=True, viscous_heating=False)))
+    with pytest.raises(ValueError, match="`window` must ascend"):
+        conductivity.equilibrium(scene(), window=(2.0, 1.0))
+    with pytest.raises(ValueError, match="`steps` must be"):
+        conductivity.equilibrium(scene(), steps=10)
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "scene.toml"
+    scene(effects=sdpd.Effects()).to_toml(path)
+    assert cli.main(["conductivity", str(path)]) == 2
+    assert "`scene` must have heat conduction" in capsys.readouterr().err

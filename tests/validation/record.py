@@ -25,6 +25,7 @@ RESULTS = ROOT / "tests" / "validation" / "results.json"
 # Files of walls count for the cases with walls only: without walls none of their code runs.
 WALLED = {
     "channel_noise",
+    "conductivity",
     "containment",
     "couette",
     "cylinder",
@@ -36,11 +37,12 @@ WALLED = {
 }
 WALLS = ("sweep/wall", "wall/")
 # Likewise for fluids with an energy.
-THERMAL = {"thermal_couette", "thermal_equilibrium"}
+THERMAL = {"conductivity", "thermal_couette", "thermal_equilibrium"}
 ENERGY = (
     "eos/caloric/",
     "integrator/thermal",
     "physics/thermal",
+    "sweep/heat_tally.rs",
     "sweep/thermal",
     "sweep/work.rs",
     "thermal.rs",

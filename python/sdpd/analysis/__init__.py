@@ -42,6 +42,13 @@ from .fourier import (
     fourier_components,
     structure_factor,
 )
+from .heat import (
+    einstein_conductivity,
+    green_kubo_conductivity,
+    heat_autocorrelation,
+    heat_increments,
+    running_conductivity,
+)
 from .statistics import (
     AutocorrelationTime,
     Blocking,
@@ -98,6 +105,7 @@ __all__ = [
     "combine",
     "cross_correlation",
     "current_correlations",
+    "einstein_conductivity",
     "einstein_diffusion",
     "einstein_viscosity",
     "ensemble",
@@ -105,8 +113,11 @@ __all__ = [
     "fit_spherical_model",
     "fit_transverse",
     "fourier_components",
+    "green_kubo_conductivity",
     "green_kubo_diffusion",
     "green_kubo_viscosity",
+    "heat_autocorrelation",
+    "heat_increments",
     "helfand_increments",
     "homogeneity",
     "integrated_autocorrelation_time",
@@ -117,6 +128,7 @@ __all__ = [
     "probability_density",
     "quantiles",
     "radial_distribution",
+    "running_conductivity",
     "running_diffusion",
     "running_viscosity",
     "semivariogram",

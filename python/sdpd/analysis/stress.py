@@ -31,6 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from .arguments import Array, choice, integer, positive, real_array
 from .correlation import Correlation, autocorrelation, msd
 from .estimate import Estimate
+from .green_kubo import green_kubo, running_sum
 from .slope import fitted_slope
 from .statistics import block_average
 
@@ -348,16 +349,8 @@ def green_kubo_viscosity(
     ----------
     .. [1] Español, Phys. Rev. E 52, 1734 (1995).
     """
-    factor = _green_kubo_factor(autocorrelation, volume, thermal_energy)
-    lag = autocorrelation.lag
-    end = float(lag[-1]) if cutoff is None else positive("cutoff", cutoff)
-    if end > float(lag[-1]) * (1.0 + 1e-9):
-        raise ValueError(f"`cutoff` must be <= the last lag {lag[-1]:.6g}, got {end:.6g}")
-    count = int(np.searchsorted(lag, end * (1.0 + 1e-9), side="right"))
-    return autocorrelation.derive(
-        lambda mean: factor * float(mean[:count].sum() - 0.5 * mean[0]),
-        window=(0.0, float(lag[count - 1])),
-    )
+    factor = positive("volume", volume) / positive("thermal_energy", thermal_energy)
+    return green_kubo(autocorrelation, factor=factor, cutoff=cutoff)
 
 
 def running_viscosity(
@@ -380,10 +373,8 @@ def running_viscosity(
     ValueError
         If a parameter is out of range, or the lags are not equally spaced from 0.
     """
-    factor = _green_kubo_factor(autocorrelation, volume, thermal_energy)
-    return autocorrelation.transformed(
-        lambda mean: factor * (np.cumsum(mean, axis=-1) - 0.5 * mean[..., :1])
-    )
+    factor = positive("volume", volume) / positive("thermal_energy", thermal_energy)
+    return running_sum(autocorrelation, factor=factor)
 
 
 def virial_pressure(
@@ -451,9 +442,3 @@ def _columns(stress: ArrayLike, component: str) -> Array:
         return tensor[:, ~np.eye(dimension, dtype=bool)]
     columns = diagonal if component == "longitudinal" else diagonal.mean(axis=1, keepdims=True)
     return np.asarray(columns - columns.mean(axis=0))
-
-
-def _green_kubo_factor(autocorrelation: Correlation, volume: float, thermal_energy: float) -> float:
-    autocorrelation.require_lag_zero()
-    step = autocorrelation.step
-    return positive("volume", volume) * step / positive("thermal_energy", thermal_energy)

@@ -6,6 +6,7 @@ from .base import LoopObserver, Observer, check_observers
 from .correlator import Correlator
 from .currents import CurrentCorrelator
 from .fields import BinAverage, FieldAverage
+from .heat_current import HeatCurrent, HeatCurrentCorrelator
 from .lagged import LaggedObserver
 from .profile import Profile
 from .stress import Stress, StressCorrelator
@@ -18,6 +19,8 @@ __all__ = [
     "Correlator",
     "CurrentCorrelator",
     "FieldAverage",
+    "HeatCurrent",
+    "HeatCurrentCorrelator",
     "LaggedObserver",
     "LoopObserver",
     "Observer",

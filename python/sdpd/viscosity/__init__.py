@@ -7,6 +7,7 @@ Green-Kubo integral at equilibrium; the answer to a weak sinusoidal force. The c
 
 from __future__ import annotations
 
+from sdpd.agreement import Comparison, judge
 from sdpd.viscosity.arrangement import Arrangement
 from sdpd.viscosity.figures import plot, write_figure
 from sdpd.viscosity.files import rows, write
@@ -15,7 +16,7 @@ from sdpd.viscosity.lattice import LatticeDecay, measure_lattice
 from sdpd.viscosity.plan import Plan, plan_scene, sample_scene
 from sdpd.viscosity.predictions import viscosity_theory
 from sdpd.viscosity.report import report
-from sdpd.viscosity.results import Comparison, Method, judge
+from sdpd.viscosity.results import Method
 from sdpd.viscosity.study import Study, run_viscosity
 from sdpd.viscosity.transverse import Shell
 

@@ -6,8 +6,8 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from sdpd import timestep
+from sdpd.agreement import LEVEL, columns, comparison_table, threshold
 from sdpd.units import quantity
-from sdpd.viscosity.results import LEVEL
 
 if TYPE_CHECKING:
     from sdpd.analysis import Estimate
@@ -79,7 +79,7 @@ def _table(study: Study) -> str:
         )
     lines.append(["all three", *_cells(study.viscosity, asked), "", ""])
     lines.append(["Green-Kubo (same run)", *_cells(study.stress.green_kubo, asked), "", ""])
-    return _columns(lines)
+    return columns(lines)
 
 
 def _cells(estimate: Estimate, asked: float) -> list[str]:
@@ -101,42 +101,15 @@ def _shares(study: Study) -> str:
         ("conservative, mean field", study.theory.configurational()),
     ):
         lines.append([f"  {name}", f"{value:.5g}", "", f"{value / study.asked:.4f}"])
-    return _columns(lines)
+    return columns(lines)
 
 
 def _comparisons(study: Study) -> str:
-    lines = [["", "difference/asked", "SE", "accuracy", "z", "sees", ""]]
-    bound = threshold(study)
-    for each, agreed in zip(study.comparisons, study.agreed, strict=True):
-        lines.append(
-            [
-                f"{each.first} - {each.second}",
-                f"{each.difference.value / each.unit:+.4f}",
-                f"{each.difference.stderr / each.unit:.4f}",
-                f"{each.accuracy / each.unit:.4f}",
-                f"{each.z:+.1f}",
-                f"{each.visible(bound):.1%}",
-                "ok" if agreed else "FAIL",
-            ]
-        )
-    return _columns(lines)
+    return comparison_table(study.comparisons, study.agreed, _threshold(study))
 
 
-def threshold(study: Study) -> float:
-    """Standard errors at which one comparison fails, by Student's t with the blocks' freedom."""
-    from scipy import stats
-
-    share = LEVEL / len(study.comparisons)
-    return float(stats.t.isf(0.5 * share, study.plan.blocks - 1))
-
-
-def _columns(lines: list[list[str]]) -> str:
-    widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
-    rows = []
-    for line in lines:
-        cells = [cell.rjust(width) for cell, width in zip(line, widths, strict=True)]
-        rows.append("  ".join([line[0].ljust(widths[0]), *cells[1:]]).rstrip())
-    return "\n".join([rows[0], "-" * max(map(len, rows)), *rows[1:]])
+def _threshold(study: Study) -> float:
+    return threshold(study.comparisons, study.plan.blocks)
 
 
 def _words(study: Study) -> str:
@@ -177,7 +150,7 @@ def _verdict(study: Study) -> str:
     if failed:
         return "FAIL: " + "; ".join(failed)
     return (
-        f"PASS: the methods agree; two fail beyond their accuracy and {threshold(study):.1f} SE "
+        f"PASS: the methods agree; two fail beyond their accuracy and {_threshold(study):.1f} SE "
         f"(Student t, {LEVEL:.0%} for the family by Bonferroni). On the lattice a wave at a small "
         f"step decays as its sum says to {abs(study.lattice[0].factor.value - 1.0):.1e}."
     )

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from sdpd.agreement import Comparison
 from sdpd.analysis import (
     Correlation,
     Estimate,
-    bonferroni,
     einstein_viscosity,
     green_kubo_viscosity,
     jackknife,
@@ -24,19 +24,15 @@ if TYPE_CHECKING:
     from sdpd.viscosity.plan import Plan
 
 __all__ = [
-    "LEVEL",
-    "Comparison",
     "Method",
     "Stress",
     "compare",
-    "judge",
     "mean_of",
     "measure_stress",
 ]
 
 Array = NDArray[np.float64]
 
-LEVEL = 0.01  # probability that any comparison of a right simulation fails
 SHAPE_ERROR = 0.4  # of what theory says about how the excess falls with k
 SLOWNESS = 2.0  # stress still to relax over what theory says
 THINNING = 0.05  # of the excess: what the forced flow may lose by its shear rate
@@ -69,45 +65,6 @@ class Method:
     wave_number: float
     measured: Estimate
     leave_one_out: Array | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Comparison:
-    """Two methods beside each other.
-
-    Attributes
-    ----------
-    first, second : str
-        Their names.
-    difference : Estimate
-        [pressure x time].
-    accuracy : float
-        Of both, added [pressure x time].
-    unit : float
-        What a fault is relative to [pressure x time].
-    """
-
-    first: str
-    second: str
-    difference: Estimate
-    accuracy: float
-    unit: float
-
-    @property
-    def z(self) -> float:
-        """Difference in standard errors."""
-        return self.difference.z(0.0)
-
-    @property
-    def p(self) -> float:
-        """Two-sided probability of a difference beyond the accuracy, by Student's t."""
-        away = self.difference.value
-        beyond = np.sign(away) * max(0.0, abs(away) - self.accuracy)
-        return self.difference.p(away - float(beyond))
-
-    def visible(self, threshold: float) -> float:
-        """Smallest relative fault beyond `threshold` standard errors and the accuracy [1]."""
-        return (self.accuracy + threshold * self.difference.stderr) / self.unit
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -215,12 +172,6 @@ def compare(methods: Sequence[Method], unit: float) -> tuple[Comparison, ...]:
                 )
             )
     return tuple(found)
-
-
-def judge(comparisons: Sequence[Comparison]) -> tuple[bool, ...]:
-    """Whether each agrees, at `LEVEL` for all of them together (Bonferroni)."""
-    rejected = bonferroni([each.p for each in comparisons], level=LEVEL).rejected
-    return tuple(not bool(value) for value in rejected)
 
 
 def mean_of(methods: Sequence[Method], weights: Sequence[float]) -> Estimate:

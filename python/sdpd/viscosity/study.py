@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sdpd import validation
+from sdpd.agreement import Comparison, judge
 from sdpd.analysis import Estimate
 from sdpd.errors import TimeStepWarning
 from sdpd.scene import Scene
@@ -22,11 +23,9 @@ from sdpd.viscosity.results import (
     SHAPE_ERROR,
     SLOWNESS,
     THINNING,
-    Comparison,
     Method,
     Stress,
     compare,
-    judge,
     mean_of,
     measure_stress,
 )

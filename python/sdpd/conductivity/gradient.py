@@ -1,0 +1,136 @@
+"""Conductivity by the heat through a slab between plates of different temperatures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from sdpd import validation
+from sdpd.analysis.estimate import Estimate, jackknife
+from sdpd.box import AXES, Box
+from sdpd.conductivity.lattice import check_conduction, scene_step
+from sdpd.observers.base import Observer
+from sdpd.resolution import Resolution
+from sdpd.scene import Scene
+from sdpd.wall_heat import Isothermal
+from sdpd.walls import Plane
+
+if TYPE_CHECKING:
+    from sdpd.simulation import Simulation
+
+__all__ = ["imposed_gradient"]
+
+SLOPE_EVERY = 5  # steps between two looks at the temperatures
+
+
+def imposed_gradient(
+    scene: Scene,
+    *,
+    difference: float = 0.1,
+    layers: int = 12,
+    times: float = 8.0,
+    seed: int = 1,
+    n_blocks: int = 32,
+    dt: float | str = "auto",
+    work: float = 0.0,
+) -> Estimate:
+    """The conductivity from the heat that passes between plates of different temperatures.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its fluid, kernel, support, spacing, start and effects count.
+    difference : float
+        Of the temperatures of the plates, over that of the fluid [1].
+    layers : int
+        Spacings between the plates, four supports at least.
+    times : float
+        How long to measure, in times L^2/(pi^2 kappa/(rho c_v)) of the slab; as long again is taken
+        for the steady state.
+    seed : int
+    n_blocks : int
+        Of time, for the error.
+    dt : float or "auto"
+        [time].
+    work : float
+        Pairs of particles to visit at least while measuring, however short `times` may be.
+
+    Returns
+    -------
+    Estimate
+        kappa at the temperature of the fluid [energy/(time temperature length^(D-2))]: mean heat
+        through both plates over the gradient in the middle half of the slab.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the fluid does not conduct, or an argument is out of range.
+
+    Notes
+    -----
+    Where friction carries much of the heat the fluid is warmer or colder than its plates: friction
+    with the image of a wall at rest hands over no energy, so that conduction alone crosses the last
+    half of a support.
+    """
+    from sdpd.observers import WallForces
+    from sdpd.simulation import Simulation
+
+    check_conduction(scene)
+    share = validation.positive("difference", difference)
+    if share >= 1.0:
+        raise ValueError(f"`difference` must be below 1, got {share:g}")
+    blocks = validation.integer("n_blocks", n_blocks, minimum=2)
+    least = validation.non_negative("work", work)
+    d, spacing, support = scene.dimension, scene.spacing, scene.resolution.support
+    across = max(validation.integer("layers", layers, minimum=2), math.ceil(4.0 * support))
+    side = math.ceil(2.0 * support * (1.0 + 1e-9))
+    sides = (*[side] * (d - 1), across)
+    box = Box(tuple(n * spacing for n in sides), periodic=AXES[: d - 1])
+    axis, width, t0 = AXES[d - 1], across * spacing, scene.fluid.temperature
+    cold, hot = (Isothermal(t0 * (1.0 + sign * share / 2.0)) for sign in (-1.0, 1.0))
+    slab = scene.replace(
+        box=box,
+        resolution=Resolution(particles=sides, support=support, kernel=scene.resolution.kernel),
+        effects=replace(scene.effects, body_force=None),
+        body_force=None,
+        walls=(Plane(axis=axis, at=0.0, heat=cold), Plane(axis=axis, at=width, heat=hot)),
+        velocity_scale=None,
+    )
+    fluid = slab.fluid
+    diffusivity = slab.conductivity / (fluid.density * (fluid.heat_capacity or 1.0))
+    whole = width**2 / (math.pi**2 * diffusivity) * validation.positive("times", times)
+    sim = Simulation(slab, dt=scene_step(slab, dt), seed=seed, threads=1)
+    z = np.asarray(sim.positions[:, d - 1]) / width
+    sim.temperatures = t0 * (1.0 + share * (z - 0.5))
+    sim.run(time=whole, progress=False)
+    number = max(whole / sim.dt, least / (slab.n_particles * slab.pairs_per_particle))
+    every = max(SLOPE_EVERY, round(number / blocks / SLOPE_EVERY) * SLOPE_EVERY)
+    forces, inside = WallForces(every=every), _Slope(d - 1, width, every=SLOPE_EVERY)
+    sim.run(steps=blocks * every, observe=[forces, inside], progress=False)
+    table = np.asarray(forces.heat_flux[-blocks:])
+    flux = 0.5 * (table[:, 0] - table[:, 1])
+    slope = np.asarray(inside.values).reshape(blocks, -1).mean(axis=1)
+    value = float(flux.mean() / slope.mean())
+    left = [float(np.delete(flux, b).mean() / np.delete(slope, b).mean()) for b in range(blocks)]
+    return Estimate(*jackknife(left, value), blocks)
+
+
+class _Slope(Observer):
+    """Gradient of the temperature of the particles in the middle half of the slab."""
+
+    may_write: ClassVar[bool] = False
+
+    def __init__(self, axis: int, width: float, *, every: int) -> None:
+        super().__init__(every=every)
+        self._axis, self._width = axis, width
+        self.values: list[float] = []
+
+    def sample(self, sim: Simulation) -> None:
+        z = np.asarray(sim.positions[:, self._axis]) / self._width
+        middle = np.abs(z - 0.5) < 0.25
+        place = z[middle] - z[middle].mean()
+        warm = np.asarray(sim.temperatures)[middle]
+        self.values.append(float(place @ warm / (place @ place)) / self._width)
