@@ -168,7 +168,7 @@ def test_overdamped_and_degenerate_waves():
 
 
 def test_bad_arguments_are_named():
-    with pytest.raises(ValueError, match="`heat_ratio` must be >= 1, got 0.9"):
+    with pytest.raises(ValueError, match=r"`heat_ratio` must be >= 1, got 0\.9"):
         air(heat_ratio=0.9)
     with pytest.raises(ValueError, match="`dimension`"):
         air(dimension=1)

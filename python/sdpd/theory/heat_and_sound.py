@@ -3,9 +3,10 @@ r"""Linearised fluctuating hydrodynamics with an energy: sound, heat and what th
 One wave vector of a quiescent fluid has a density, a longitudinal velocity and a temperature. Each
 over its standard deviation at equilibrium, x = (rho, i u, T), they obey
 
-    x' = M x + noise,        M = (   0      w      0    )     w^2 = c_T^2 k^2
-                                 (  -w   -lambda -theta )     theta^2 = (gamma - 1) w^2
-                                 (   0    theta   -q    )     lambda = 2 Gamma_T k^2, q = gamma chi k^2
+    x' = M x + noise,    M = (   0      w      0    )     w^2 = c_T^2 k^2
+                             (  -w   -lambda -theta )     theta^2 = (gamma - 1) w^2
+                             (   0    theta   -q    )     lambda = 2 Gamma_T k^2
+                                                          q = gamma chi k^2
 
 with Gamma_T = [eta (2 - 2/D) + zeta]/(2 rho) and chi = kappa/(rho c_p). The noise balances the
 diagonal, so that the covariance is the unit matrix and the correlation functions are exp(M t): no
@@ -277,7 +278,7 @@ class ThermalHydrodynamicTheory:
         return wave.function(wave.entropy, wave.entropy, time)
 
     def dynamic_structure_factor(self, wave_number: float, angular_frequency: ArrayLike) -> Array:
-        """S(k, omega)/S(k) [time] at angular frequencies [1/time], any shape; see `SoundAndHeat`."""
+        """S(k, omega)/S(k) [time] at angular frequencies [1/time]; see `SoundAndHeat`."""
         return self.wave(wave_number).spectrum(angular_frequency)
 
     def long_wave_structure_factor(self, wave_number: float, angular_frequency: ArrayLike) -> Array:

@@ -118,7 +118,6 @@ def check_scene(scene: Scene) -> None:
     ValueError
         Without viscosity, without noise, or beyond the pairing limit.
     """
-    validation.isothermal("scene", scene)
     active = scene.active_effects
     if not active.dissipation or scene.fluid.shear_viscosity == 0.0:
         raise ValueError("`scene` must have a shear viscosity, got one without")
