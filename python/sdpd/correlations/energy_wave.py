@@ -4,10 +4,11 @@ The wave of the energies, e_k = sum (C T_i + m v_i^2/2 - mean) exp(i k.r_i), has
 T)^2 (C + D kB/2)/kB and no correlation with the density. Density, current and energy, each over its
 deviation, obey the equations of :class:`sdpd.theory.SoundAndHeat` with w_k^2 = k^2 kB T/(m S(k)),
 
-    theta^2 = k^2 (kB T/m) [b What(k) + 1]^2/(C/kB + D/2),     b = m (dP/dT)_rho/(rho kB):
+    theta^2 = k^2 (kB T/m) [(b - 1) What(k) + 1]^2/(C/kB + D/2),     b = (dP/dT)_rho/(n kB),
 
-the kernel smears out both the pressure of a warm wave and the heating of a compressed one, and the
-particles' motion is an ideal gas of its own. Then gamma(k) = 1 + theta^2/w_k^2. What diffuses heat
+P the virial pressure of the random-phase approximation: the kernel smears out both the pressure of a
+warm wave and the heating of a compressed one, and the particles' motion is an ideal gas of its own,
+the 1. Then gamma(k) = 1 + theta^2/w_k^2. What diffuses heat
 is conduction, friction (kinetic energy that one particle loses heats two), and the particles'
 diffusion, which carries their energy along.
 """
@@ -162,8 +163,7 @@ def thermal_coupling(scene: Scene, density: DensityPrediction, wave_number: floa
     """theta(k) of a scene [1/time]; 0 without an energy."""
     if not scene.active_effects.energy:
         return 0.0
-    unit = scene.particle_mass / (scene.fluid.boltzmann_constant * scene.fluid.density)
-    hot = density.pressure_coefficient(1.0 + density.bias) * unit
+    hot = density.virial_coefficient() - 1.0
     kernel, support = scene.resolution.kernel, scene.support_radius
     smear = float(kernel_transform(kernel, scene.dimension, np.array([wave_number * support]))[0])
     capacity = scene.heat_capacity_number + 0.5 * scene.dimension

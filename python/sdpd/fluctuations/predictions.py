@@ -114,6 +114,24 @@ class DensityPrediction:
         cold, warm = _core.caloric_evaluate(scene.caloric, rho, t)[0]
         return float(warm - cold) / kelvin
 
+    def virial_coefficient(self) -> float:
+        """(dP/dT)_rho/(n kB) of the virial pressure, motion and fluctuations included (RPA) [1]."""
+        shift = 0.01
+        cold, warm = (self._virial(self._warmth * (1.0 + s)) for s in (-shift, shift))
+        return (warm - cold) / (2.0 * shift * self._warmth)
+
+    def _virial(self, warmth: float) -> float:
+        """P/(n kB T_0) at a temperature over T_0."""
+        scene, strain = self._scene, 1e-4
+        other = DensityPrediction(scene, 0.0, warmth * scene.fluid.temperature)
+        _, slopes = other.caloric(scene.fluid.density * (1.0 + strain * np.array([-1.0, 1.0])))
+        change = float(slopes[1] - slopes[0]) / (2.0 * strain)
+        energy = scene.thermal_energy * warmth
+        pressure = other._theory.virial_pressure(
+            thermal_energy=energy, stiffness_slope=change * scene.particle_mass / energy
+        )
+        return pressure * scene.box.volume / (scene.n_particles * scene.thermal_energy)
+
     @property
     def step_error(self) -> float:
         """Relative excess of the density's variance by the time step [1]."""

@@ -161,7 +161,10 @@ class Sampler(Observer):
             self._add(f"cells_{parts}", np.array([spread, moved]))
             if self.energy is not None:
                 warm = np.bincount(flat, more[:, 0], cells)
-                self._add(f"warm_cells_{parts}", np.array([self.energy.cell(warm, number)]))
+                self._add(
+                    f"warm_cells_{parts}",
+                    np.array([self.energy.cell(np.asarray(warm), number.astype(float))]),
+                )
 
     def _pairs(self, r: Array, u: Array, more: Array) -> None:
         from scipy.spatial import cKDTree
@@ -178,7 +181,7 @@ class Sampler(Observer):
         self._add("pairs", np.array(sums, dtype=np.float64))
         if self.energy is not None:
             warm = self.energy.shell.heat_capacity * more[i, 0] * more[j, 0]
-            self._add("warm_pairs", np.bincount(place, warm, number))
+            self._add("warm_pairs", np.bincount(place, warm, number).astype(np.float64))
 
 
 def _wave_vectors(box: Array) -> NDArray[np.int64]:
