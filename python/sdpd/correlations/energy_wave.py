@@ -6,8 +6,8 @@ deviation, obey the equations of :class:`sdpd.theory.SoundAndHeat` with w_k^2 = 
 
     theta^2 = k^2 (kB T/m) [(b - 1) What(k) + 1]^2/(C/kB + D/2),     b = (dP/dT)_rho/(n kB),
 
-P the virial pressure of the random-phase approximation: the kernel smears out both the pressure of a
-warm wave and the heating of a compressed one, and the particles' motion is an ideal gas of its own,
+P the virial pressure of the random-phase approximation: the kernel smears out both the pressure of
+a warm wave and the heating of a compressed one; the particles' motion is an ideal gas of its own,
 the 1. Then gamma(k) = 1 + theta^2/w_k^2. What diffuses heat
 is conduction, friction (kinetic energy that one particle loses heats two), and the particles'
 diffusion, which carries their energy along.

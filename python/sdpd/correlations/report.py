@@ -85,7 +85,8 @@ def _energy_fits(study: Study) -> str:
     lines = [header]
     for shell in study.shells:
         placed, fit, square = shell.prediction, shell.fit, shell.wave_number**2
-        assert isinstance(placed, EnergyWavePrediction) and isinstance(fit, EnergyWave)
+        assert isinstance(placed, EnergyWavePrediction)
+        assert isinstance(fit, EnergyWave)
         lines.append(
             [
                 f"{shell.wave_number * study.scene.support_radius:.2f}",
