@@ -1,6 +1,7 @@
 """Sound and heat on a lattice without noise, against sums over the lattice in NumPy.
 
-With an energy sound is adiabatic, without one isothermal: (gamma - 1) c_T^2 k^2 apart. Forces and temperatures of the reference are written from E(N, V, S), not from the core.
+With an energy sound is adiabatic, without one isothermal: (gamma - 1) c_T^2 k^2 apart. Forces and
+temperatures of the reference are written from E(N, V, S), not from the core.
 """
 
 from __future__ import annotations

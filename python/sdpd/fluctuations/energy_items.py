@@ -10,7 +10,7 @@ variance of the kernel density over n^2 and What the transform of the kernel
     <|P_k|^2>/N           = What^2 S(k) + (b/X)^2 Var T_i/T^2        over (rho c_T^2)^2.
 
 As k -> 0 the waves are those of Landau and Lifshitz, kB C_p and rho c_S^2 kB T/V: the kernel takes
-its share of the density from what single particles show.
+its share of the density from what single particles show. Short waves are left out.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ from sdpd.theory import kernel_transform
 __all__ = ["EnergyPrediction", "energy_items"]
 
 Array = NDArray[np.float64]
+
+ROUGHEST = 0.25  # waves that are compared, but for the longest
 
 
 class EnergyPrediction:
@@ -95,6 +97,14 @@ class EnergyPrediction:
         if name == "entropy":
             return self.coupling**2 * v / self.entropy_variance
         return self._scale * v * (1.0 + self._warm) / self.pressure_variance
+
+    def roughness(self, wave_number: ArrayLike) -> Array:
+        """What single particles show of the density over what a wave of it does [1].
+
+        The density at a particle knows where the others are: a term of second order, that of short
+        waves.
+        """
+        return np.asarray(self._density.variance / self._smooth(wave_number))
 
     def entropy_modes(self, wave_number: ArrayLike) -> Array:
         """<|S_k|^2>/(N kB^2) at wave numbers [1/length]."""
@@ -196,6 +206,7 @@ def _entropies(
 ) -> Iterator[Item]:
     table, k = sampler.table, sampler.wave_number
     means, excess = table["energies"], abs(density.bias)
+    long = (k == k[0]) | (theory.roughness(k) < ROUGHEST)
     cases = (
         ("entropy", 2, theory.entropy_variance, theory.entropy_modes(k), "kB^2"),
         ("pressure", 3, theory.pressure_variance, theory.pressure_modes(k), "(rho c^2)^2"),
@@ -209,14 +220,16 @@ def _entropies(
             prediction=variance,
             accuracy=share * variance,
         )
-        share = density.accuracy("structure") + excess
+        share = density.accuracy("structure") + excess + 0.5 * theory.roughness(k[long]).max()
+        some = weight * long / weight[long].sum()
         yield Item(
             group=f"{name} modes",
-            name="over mean field, all k",
-            estimate=ensemble(table[f"{name}_modes"] / modes @ weight),
+            name=f"over mean field, {sampler.n_vectors[long].sum()} k",
+            estimate=ensemble(table[f"{name}_modes"] / modes @ some),
             prediction=1.0,
             accuracy=share,
         )
+        share = density.accuracy("structure") + excess + 0.5 * theory.roughness(k[:1])[0]
         yield Item(
             group=f"{name} modes",
             name=f"over {unit} N, longest wave",
