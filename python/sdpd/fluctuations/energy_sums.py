@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sdpd.scene import Scene
     from sdpd.simulation import Simulation
 
-__all__ = ["EnergySums", "draw_temperatures", "shell_temperature"]
+__all__ = ["EnergySums", "draw_temperatures", "shell_of", "shell_temperature"]
 
 Array = NDArray[np.float64]
 Add = Callable[[str, Array], None]

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from sdpd.fluctuations.energy_sums import draw_temperatures, shell_temperature
+import numpy as np
+
+from sdpd.fluctuations.energy_sums import draw_temperatures, shell_of, shell_temperature
 
 if TYPE_CHECKING:
     from sdpd.observers import Observer
@@ -67,9 +69,9 @@ class Thermostat:
         sim = self._sim
         kelvin = sim.scene.fluid.temperature
         rise = shell_temperature(sim) / kelvin - 1.0
-        internal = float(sim.temperatures.mean()) / kelvin
-        k, motion = sim.scene.heat_capacity_number, 0.5 * sim.scene.dimension
-        sim.temperatures = sim.temperatures * (1.0 - rise * (k + motion) / (k * internal))
+        shell = shell_of(sim.scene)
+        held = shell.heat_capacity * float(np.sum(sim.temperatures)) / kelvin
+        sim.temperatures = sim.temperatures * (1.0 - rise * shell.freedom / held)
         self.heating += rise
         return rise
 
