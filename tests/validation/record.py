@@ -36,7 +36,7 @@ WALLED = {
 }
 WALLS = ("sweep/wall", "wall/")
 # Likewise for fluids with an energy.
-THERMAL = {"thermal_couette", "thermal_equilibrium"}
+THERMAL = {"energy_waves", "thermal_couette", "thermal_equilibrium"}
 ENERGY = (
     "eos/caloric/",
     "integrator/thermal",
