@@ -189,7 +189,7 @@ fn attach_correlators(engine: &mut Engine) {
     let n = engine.particles.len();
     let vectors = vec![[1, 0, 0], [0, -2, 1]];
     let stress = StressCorrelator::new(1, 3, Parts::All, 8, 4).unwrap();
-    let currents = Currents::new(1, 3, vectors, 8, 4, n).unwrap();
+    let currents = Currents::new(1, 3, false, vectors, 8, 4, n).unwrap();
     let heat = HeatCorrelator::new(1, 3, 8, 4).unwrap();
     engine.attach(Arc::new(Mutex::new(stress)));
     engine.attach(Arc::new(Mutex::new(currents)));

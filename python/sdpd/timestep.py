@@ -154,7 +154,7 @@ def _acoustic(scene: Scene) -> list[TimeStepBound]:
     ]
 
 
-def _splitting_loss(scene: Scene, ratio: float) -> float:
+def splitting_loss(scene: Scene, ratio: float) -> float:
     """1 - delivered over exact viscosity of the pair splitting at a dt/tau."""
     return float(np.interp(ratio, *SPLITTING_LOSS)) / scene.factors.partners
 
@@ -177,7 +177,7 @@ def _splitting_friction(scene: Scene, resolve_vacf: bool) -> list[TimeStepBound]
             2.0 * tau,
             "accuracy",
             "2 tau",
-            f"the delivered viscosity falls above it (by {_splitting_loss(scene, 2.0):.1%} at it)",
+            f"the delivered viscosity falls above it (by {splitting_loss(scene, 2.0):.1%} at it)",
         )
     ]
 
@@ -382,7 +382,7 @@ def expected_errors(
     if active.dissipation:
         ratio = step / scene.friction_time
         if isinstance(chosen, PairSplitting):
-            viscosity = -_splitting_loss(scene, ratio)
+            viscosity = -splitting_loss(scene, ratio)
             temperature = 0.0 if active.fluctuations else None
         elif isinstance(chosen, VelocityVerlet) and active.fluctuations:
             slow = VERLET_ENERGY_CURVATURE * ratio**2

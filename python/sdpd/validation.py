@@ -179,15 +179,6 @@ def vector(name: str, value: Any, *, length: int | None = None) -> tuple[float, 
     return tuple(finite(f"{name}[{index}]", item) for index, item in enumerate(items))
 
 
-def isothermal(name: str, scene: Any) -> None:
-    """Refuse a scene whose fluid has an energy, where the theory is that of an isothermal one."""
-    if scene.active_effects.energy:
-        raise ValueError(
-            f"`{name}` must have an isothermal fluid, got one with an energy: its predictions are "
-            "not here yet; give it effects=sdpd.Effects(energy=False)"
-        )
-
-
 def real_array(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray:
     """A C-contiguous float64 array of the given shape (None: any length), all finite."""
     wanted = "(" + ", ".join("any" if n is None else str(n) for n in shape) + ")"

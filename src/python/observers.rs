@@ -300,6 +300,7 @@ impl CurrentsHandle {
         levels: usize,
     ) -> PyResult<Self> {
         let (d, n) = (engine.dimension, engine.particles.len());
+        let energy = engine.thermal.is_some();
         let mut frames = Vec::with_capacity(vectors.len());
         for vector in vectors {
             if vector.len() != d || vector.iter().all(|&n| n == 0) {
@@ -310,7 +311,7 @@ impl CurrentsHandle {
             frames.push(std::array::from_fn(|a| vector.get(a).copied().unwrap_or(0)));
         }
         let what = format!("a correlator of {} wave vectors", vectors.len());
-        let made = Currents::new(every, d, frames, points, levels, n);
+        let made = Currents::new(every, d, energy, frames, points, levels, n);
         Ok(Self {
             shared: attach(engine, made, &what)?,
             energy: engine.units.energy(),

@@ -37,7 +37,7 @@ WALLED = {
 }
 WALLS = ("sweep/wall", "wall/")
 # Likewise for fluids with an energy.
-THERMAL = {"conductivity", "thermal_couette", "thermal_equilibrium"}
+THERMAL = {"conductivity", "energy_waves", "thermal_couette", "thermal_equilibrium"}
 ENERGY = (
     "eos/caloric/",
     "integrator/thermal",

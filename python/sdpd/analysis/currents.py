@@ -47,6 +47,13 @@ class CurrentCorrelations:
         ``Im <rho_k(0)* j_k(t)>/N`` with the longitudinal current [length/time].
     reversed_cross : Correlation
         ``Im <j_k(0)* rho_k(t)>/N``; in equilibrium the same function.
+    energy : Correlation or None
+        ``<e_k(0)* e_k(t)>/N`` of e_k = sum (e - <e>) exp(i k.r), e = C T + m v^2/2 the thermal and
+        kinetic energy of a particle [energy^2]; None without an energy, like the next two.
+    density_energy : Correlation or None
+        ``Re <rho_k(0)* e_k(t)>/N`` [energy], mean over both orders.
+    energy_current : Correlation or None
+        ``Im <j_k(0)* e_k(t)>/N`` with the longitudinal current [energy length/time], likewise.
     """
 
     wave_number: float
@@ -56,6 +63,9 @@ class CurrentCorrelations:
     transverse: Correlation
     cross: Correlation
     reversed_cross: Correlation
+    energy: Correlation | None = None
+    density_energy: Correlation | None = None
+    energy_current: Correlation | None = None
 
 
 @dataclass(frozen=True)

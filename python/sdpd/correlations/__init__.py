@@ -9,11 +9,12 @@ from sdpd.correlations.figures import plot, plot_function, write_figure
 from sdpd.correlations.files import function_rows, rows, write
 from sdpd.correlations.fits import Wave
 from sdpd.correlations.plan import Plan, plan_scene
-from sdpd.correlations.predictions import WavePrediction, predict
+from sdpd.correlations.predictions import predict
 from sdpd.correlations.recorder import FUNCTIONS
 from sdpd.correlations.report import report
 from sdpd.correlations.results import Shell
 from sdpd.correlations.study import Study, run_correlations
+from sdpd.correlations.wave import WavePrediction
 
 __all__ = [
     "FUNCTIONS",

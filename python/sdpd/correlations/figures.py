@@ -1,4 +1,7 @@
-"""Six panels: the four correlation functions, what was fitted, and all z."""
+"""Six panels: the four correlation functions, what was fitted, and all z.
+
+Two more of a fluid with an energy: the energy, and the energy with the current.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sdpd.correlations.energy_wave import EnergyWavePrediction
 from sdpd.correlations.recorder import FUNCTIONS
 from sdpd.correlations.report import threshold
 from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, figure_or_new, save
@@ -27,6 +31,9 @@ SPANS = {
     "density": 9.0,
     "cross": 9.0,
     "reversed_cross": 9.0,
+    "energy": 3.0,
+    "density_energy": 9.0,
+    "energy_current": 9.0,
 }
 TITLES = {
     "transverse": "transverse current",
@@ -34,6 +41,9 @@ TITLES = {
     "density": "density",
     "cross": "density, then current",
     "reversed_cross": "current, then density",
+    "energy": "energy",
+    "density_energy": "density and energy",
+    "energy_current": "energy and current",
 }
 
 
@@ -50,13 +60,17 @@ def plot(study: Study, figure: Any = None) -> Any:
     -------
     matplotlib Figure
     """
-    figure = figure_or_new(figure, SIZE)
-    panels = figure.subplots(2, 3).ravel()
-    for axes, name in zip(panels, FUNCTIONS[:4], strict=False):
+    names: tuple[str, ...] = FUNCTIONS[:4]
+    if study.scene.active_effects.energy:
+        names += ("energy", "energy_current")
+    columns = 1 + len(names) // 2
+    figure = figure_or_new(figure, (SIZE[0] * columns / 3.0, SIZE[1]))
+    panels = figure.subplots(2, columns).ravel()
+    for axes, name in zip(panels, names, strict=False):
         plot_function(study, name, axes)
     panels[0].legend(fontsize=8)
-    _parameters(study, panels[4])
-    _deviations(study, panels[5])
+    _parameters(study, panels[-2])
+    _deviations(study, panels[-1])
     for axes in panels:
         axes.grid(color="0.9", linewidth=0.7)
         axes.set_axisbelow(True)
@@ -73,7 +87,9 @@ def plot(study: Study, figure: Any = None) -> Any:
 
 def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
     """Write correlations.png; the folder is made if need be."""
-    return save(lambda figure: plot(study, figure), folder, "correlations", size=SIZE)
+    width = SIZE[0] * (4.0 / 3.0 if study.scene.active_effects.energy else 1.0)
+    size = (width, SIZE[1])
+    return save(lambda figure: plot(study, figure), folder, "correlations", size=size)
 
 
 def plot_function(study: Study, name: str, axes: Any, *, span: float | None = None) -> None:
@@ -83,6 +99,7 @@ def plot_function(study: Study, name: str, axes: Any, *, span: float | None = No
     ----------
     study : Study
     name : {"transverse", "longitudinal", "density", "cross", "reversed_cross"}
+        Of a fluid with an energy also "energy", "density_energy" and "energy_current".
     axes : matplotlib Axes
     span : float, optional
         Where the reduced time ends [1].
@@ -106,12 +123,15 @@ def plot_function(study: Study, name: str, axes: Any, *, span: float | None = No
             label=f"$kh={shell.wave_number * study.scene.support_radius:.2f}$",
         )
     axes.axhline(0.0, color="0.6", linewidth=0.7)
-    label = r"$\nu k^2t$" if name == "transverse" else r"$c(k)\,k\,t$"
+    labels = {"transverse": r"$\nu k^2t$", "energy": "heat mode's decay times $t$"}
+    label = labels.get(name, r"$c(k)\,k\,t$")
     axes.set(xlabel=label, ylabel="correlation, normalised", title=TITLES[name], xlim=(0.0, end))
 
 
 def _unit(shell: Shell, name: str) -> float:
     theory = shell.prediction
+    if name == "energy" and isinstance(theory, EnergyWavePrediction):
+        return theory.system.heat_rate
     return theory.shear_rate if name == "transverse" else theory.frequency
 
 
@@ -126,14 +146,21 @@ def _spread(time: Any, end: float) -> Any:
 def _parameters(study: Study, axes: Any) -> None:
     h = study.scene.support_radius
     kh = np.array([shell.wave_number * h for shell in study.shells])
-    kinds = (
+    kinds: tuple[tuple[str, str, str, str, float], ...] = (
         (r"$\nu(k)$", COLOURS[0], "o", "viscosity", 0.97),
         (r"$\Gamma(k)$", COLOURS[1], "s", "damping", 1.0),
         (r"$c(k)$", COLOURS[2], "^", "sound_speed", 1.03),
     )
+    if study.scene.active_effects.energy:
+        kinds += (
+            (r"$c_S(k)$", COLOURS[3], "D", "adiabatic_speed", 0.95),
+            ("$q(k)$", COLOURS[4], "v", "conduction", 1.05),
+        )
     for label, colour, marker, name, shift in kinds:
         found = [getattr(shell.fit, name) for shell in study.shells]
         expected = np.array([getattr(shell.prediction, name) for shell in study.shells])
+        if name == "conduction":  # the fit's is over k^2
+            expected = expected / np.array([shell.wave_number for shell in study.shells]) ** 2
         axes.errorbar(
             shift * kh,
             [e.value for e in found] / expected,

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sdpd.correlations.recorder import FUNCTIONS
 from sdpd.correlations.report import report
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ def function_rows(study: Study) -> list[dict[str, Any]]:
     """One plain dict a lag of each normalised function; k [1/length] and t [time] of the scene."""
     found = []
     for shell in study.shells:
-        for name in FUNCTIONS:
+        for name in shell.functions:
             lag, mean, error = shell.normalized(name)
             theory = shell.prediction.function(name, lag)
             for row in zip(lag, mean, error, theory, strict=True):

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from sdpd.analysis import Correlation, Estimate
 from sdpd.analysis.blocked import BlockedFunction
-from sdpd.correlations.predictions import WavePrediction
 from sdpd.correlations.recorder import FUNCTIONS
+from sdpd.correlations.wave import WavePrediction
 from sdpd.theory.hydrodynamics import damped_wave
 
-__all__ = ["Wave", "fit_wave", "joined", "normalized_table"]
+__all__ = ["Wave", "decay_rate", "derive", "fit_wave", "joined", "normalized_table", "spans_of"]
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ class Wave:
 
 def joined(functions: Mapping[str, Correlation]) -> BlockedFunction:
     """All functions side by side, so that what needs several has one jackknife."""
-    members = [functions[name] for name in FUNCTIONS]
+    members = list(functions.values())
     return BlockedFunction(
         blocks=np.concatenate([member.blocks for member in members], axis=1),
         block_counts=np.concatenate([member.block_counts for member in members], axis=1),
@@ -53,22 +53,28 @@ def joined(functions: Mapping[str, Correlation]) -> BlockedFunction:
     )
 
 
-def normalized_table(mean: Array) -> Array:
+def normalized_table(mean: Array, number: int = len(FUNCTIONS)) -> Array:
     """Functions over their value at zero lag, the crossed ones over the root of both.
 
     Parameters
     ----------
-    mean : ndarray, shape (5 L,)
+    mean : ndarray, shape (F L,)
         A row of what `joined` returns.
+    number : int
+        F: 5, or 8 with those of the energy.
 
     Returns
     -------
-    ndarray, shape (5, L)
+    ndarray, shape (F, L)
     """
-    table = mean.reshape(len(FUNCTIONS), -1)
+    table = mean.reshape(number, -1)
     shear, sound, density = table[:3, 0]
     root = np.sqrt(sound * density)
-    return np.asarray(table / np.array([shear, sound, density, root, root])[:, None])
+    units = [shear, sound, density, root, root]
+    if number > len(FUNCTIONS):
+        energy = table[5, 0]
+        units += [energy, np.sqrt(density * energy), np.sqrt(sound * energy)]
+    return np.asarray(table / np.array(units)[:, None])
 
 
 def fit_wave(
@@ -98,17 +104,17 @@ def fit_wave(
     def parameters(mean: Array) -> Array:
         table = normalized_table(mean)
         structure = mean.reshape(len(FUNCTIONS), -1)[FUNCTIONS.index("density"), 0]
-        rate = _decay_rate(lag[shear], table[0, shear], theory.shear_rate)
+        rate = decay_rate(lag[shear], table[0, shear], theory.shear_rate)
         frequency, damping = _wave(lag[sound], table[1:, sound], start)
         speed = frequency / k
         squared = (speed / thermal_speed) ** 2 * structure
         return np.array([rate / k**2, damping / k**2, speed, squared])
 
     spans = [(0.0, float(lag[part[-1]])) for part in (shear, sound, sound, sound)]
-    return Wave(*_derive(whole, parameters, spans))
+    return Wave(*derive(whole, parameters, spans))
 
 
-def _derive(
+def derive(
     whole: BlockedFunction,
     function: Callable[[Array], Array],
     windows: list[tuple[float, float]],
@@ -123,11 +129,11 @@ def _derive(
     ]
 
 
-def _decay_rate(time: Array, value: Array, guess: float) -> float:
+def decay_rate(time: Array, value: Array, guess: float) -> float:
     """Least squares of exp(-rate t), each lag with the length of time it stands for."""
     from scipy import optimize
 
-    weight = np.sqrt(_spans(time))
+    weight = np.sqrt(spans_of(time))
 
     def residual(p: Array) -> Array:
         return np.asarray(weight * (np.exp(-np.exp(p[0]) * guess * time) - value))
@@ -139,7 +145,7 @@ def _wave(time: Array, values: Array, guess: tuple[float, float]) -> Array:
     """Frequency w_k and damping rate from longitudinal, density and both crossed functions."""
     from scipy import optimize
 
-    weight = np.sqrt(_spans(time))
+    weight = np.sqrt(spans_of(time))
     start = np.array(guess)
 
     def residual(p: Array) -> Array:
@@ -151,6 +157,6 @@ def _wave(time: Array, values: Array, guess: tuple[float, float]) -> Array:
     return np.asarray(start * np.exp(optimize.least_squares(residual, [0.0, 0.0]).x))
 
 
-def _spans(time: Array) -> Array:
+def spans_of(time: Array) -> Array:
     """Share of the time axis that each lag stands for."""
     return np.asarray(np.gradient(time) / (time[-1] - time[0]))

@@ -18,11 +18,24 @@ if TYPE_CHECKING:
     from sdpd.scene import Scene
     from sdpd.simulation import Simulation
 
-__all__ = ["FUNCTIONS", "FrictionSampler", "correlator", "functions"]
+__all__ = [
+    "ENERGY_FUNCTIONS",
+    "FUNCTIONS",
+    "FrictionSampler",
+    "correlator",
+    "function_names",
+    "functions",
+]
 
 Array = NDArray[np.float64]
 
 FUNCTIONS = ("transverse", "longitudinal", "density", "cross", "reversed_cross")
+ENERGY_FUNCTIONS = ("energy", "density_energy", "energy_current")
+
+
+def function_names(scene: Scene) -> tuple[str, ...]:
+    """Functions of a scene: three more where its fluid has an energy."""
+    return FUNCTIONS + (ENERGY_FUNCTIONS if scene.active_effects.energy else ())
 
 
 def correlator(vectors: Sequence[NDArray[np.int64]], plan: Plan) -> CurrentCorrelator:
@@ -32,10 +45,28 @@ def correlator(vectors: Sequence[NDArray[np.int64]], plan: Plan) -> CurrentCorre
     )
 
 
-def functions(recorded: CurrentCorrelator, plan: Plan) -> list[dict[str, Correlation]]:
-    """The five functions of each wave number, ascending."""
+def functions(
+    recorded: CurrentCorrelator, plan: Plan, names: Sequence[str] = FUNCTIONS
+) -> list[dict[str, Correlation]]:
+    """The functions of each wave number, ascending."""
     shells = recorded.correlations(n_blocks=plan.blocks)
-    return [{name: getattr(shell, name) for name in FUNCTIONS} for shell in shells]
+    return [{name: getattr(shell, name) for name in names} for shell in shells]
+
+
+def heat_coefficient(scene: Scene) -> float:
+    """2 m [kappa + kB (D a + b)/(4 m)]/(C + D kB/2): what takes the place of a friction in q."""
+    boltzmann, mass = scene.fluid.boltzmann_constant, scene.particle_mass
+    whole = boltzmann * (scene.heat_capacity_number + 0.5 * scene.dimension)
+    return 2.0 * mass * (scene.conductivity + friction_conductivity(scene)) / whole
+
+
+def friction_conductivity(scene: Scene) -> float:
+    """Heat conductivity by friction, kB (D a + b)/(4 m) [energy/(time temperature length^(D-2))].
+
+    Friction with a neighbour takes kinetic energy from one particle and heats both.
+    """
+    trace = scene.dimension * scene.friction_across + scene.friction_along
+    return scene.fluid.boltzmann_constant * trace / (4.0 * scene.particle_mass)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +85,11 @@ class FrictionSampler(Observer):
     .. math:: \lambda(k) = \frac{2}{mN}\sum_{i<j} g_{ij}\,[a + b\,(e\cdot p)^2]\,
               (1 - \cos\mathbf k\cdot\mathbf r_{ij})
 
-    with p across or along k.
+    with p across or along k. The wave of the energies of a fluid with an energy begins to decay by
+    conduction, and by friction, which hands kinetic energy on to the neighbours:
+
+    .. math:: q(k) = \frac{4\,[\kappa + k_B(Da + b)/4m]}{(C + \tfrac D2k_B)\,N}
+              \sum_{i<j} g_{ij}\,(1 - \cos\mathbf k\cdot\mathbf r_{ij})
     """
 
     may_write = False
@@ -67,7 +102,7 @@ class FrictionSampler(Observer):
 
     @property
     def rates(self) -> Array:
-        """Mean over the samples, shape (wave numbers, 2), across and along [1/time]."""
+        """Mean over the samples, (wave numbers, 2 or 3): across, along, energy [1/time]."""
         return np.asarray(np.mean(self._rows, axis=0))
 
     def sample(self, sim: Simulation) -> None:
@@ -94,11 +129,14 @@ class FrictionSampler(Observer):
         scene = self._scene
         a, b, dimension = scene.friction_across, scene.friction_along, scene.dimension
         direction = pairs.separation**2 / np.sum(pairs.separation**2, axis=1)[:, None]
-        total = np.zeros(2)
+        heat = heat_coefficient(scene) if scene.active_effects.energy else None
+        total = np.zeros(2 if heat is None else 3)
         for vector in group:
             k = 2.0 * np.pi * vector / np.asarray(scene.box.lengths)
             along = direction[:, int(np.flatnonzero(vector)[0])]
             wave = pairs.friction * 2.0 * np.sin(0.5 * (pairs.separation @ k)) ** 2
             side = (1.0 - along) / (dimension - 1)
-            total += [wave @ (a + b * side), wave @ (a + b * along)]
+            total[:2] += [wave @ (a + b * side), wave @ (a + b * along)]
+            if heat is not None:
+                total[2] += heat * float(wave.sum())
         return 2.0 * total / (len(group) * scene.particle_mass * scene.n_particles)

@@ -6,6 +6,8 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from sdpd import timestep
+from sdpd.correlations.energy_fits import EnergyWave
+from sdpd.correlations.energy_wave import EnergyWavePrediction
 from sdpd.fluctuations.report import failure_bound, item_table
 from sdpd.fluctuations.results import LEVEL
 from sdpd.units import quantity
@@ -25,7 +27,10 @@ def threshold(study: Study) -> float:
 def report(study: Study) -> str:
     """Everything the command prints."""
     table = item_table(study.items, study.agreed, threshold(study))
-    return "\n\n".join([_head(study), _fits(study), table, _notes(study), _verdict(study)])
+    parts = [_head(study), _fits(study), table, _notes(study), _verdict(study)]
+    if study.scene.active_effects.energy:
+        parts[2:2] = [_energy_fits(study)]
+    return "\n\n".join(parts)
 
 
 def _head(study: Study) -> str:
@@ -70,7 +75,38 @@ def _fits(study: Study) -> str:
                 f"{placed.sound_rate / placed.frequency:.2f}",
             ]
         )
-    widths = [max(len(line[k]) for line in lines) for k in range(len(header))]
+    return _columns(lines)
+
+
+def _energy_fits(study: Study) -> str:
+    """Sound and heat where they are coupled, in the units of the scene."""
+    header = ["kh", "c_S(k)", "theory", "gamma(k)", "theory", "sound/k^2", "theory"]
+    header += ["heat/k^2", "theory", "q(k)/k^2", "theory"]
+    lines = [header]
+    for shell in study.shells:
+        placed, fit, square = shell.prediction, shell.fit, shell.wave_number**2
+        assert isinstance(placed, EnergyWavePrediction)
+        assert isinstance(fit, EnergyWave)
+        lines.append(
+            [
+                f"{shell.wave_number * study.scene.support_radius:.2f}",
+                _shown(fit.adiabatic_speed),
+                f"{placed.adiabatic_speed:.4g}",
+                _shown(fit.heat_ratio),
+                f"{placed.heat_ratio:.4g}",
+                _shown(fit.sound_rate),
+                f"{placed.system.sound_rate / square:.4g}",
+                _shown(fit.heat_rate),
+                f"{placed.system.heat_rate / square:.4g}",
+                _shown(fit.conduction),
+                f"{placed.conduction / square:.4g}",
+            ]
+        )
+    return _columns(lines)
+
+
+def _columns(lines: list[list[str]]) -> str:
+    widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
     rows = ["  ".join(c.rjust(w) for c, w in zip(line, widths, strict=True)) for line in lines]
     return "\n".join([rows[0], "-" * len(rows[0]), *rows[1:]])
 
@@ -88,6 +124,14 @@ def _notes(study: Study) -> str:
         "integrals, and on a lattice at rest. c(k)^2 = kT/(m S(k)) with S(k) of the random-phase "
         "approximation (RPA)."
     )
+    if study.scene.active_effects.energy:
+        about += (
+            " Sound and heat are coupled: c(k) is the isothermal speed, c_S(k) the adiabatic "
+            "one, gamma(k) the square of their ratio; heat/k^2 and sound/k^2 are the decays of "
+            "the modes (chi and Gamma of long waves), q(k)/k^2 the diffusivity at constant "
+            "density. Theory of q: conduction and friction in place, and half of the particles' "
+            "short-time diffusion."
+        )
     terms = (
         "SE: one standard error, from the blocks. z: distance from theory in SE. Sees: the "
         "smallest fault, relative to theory (to the value at zero for functions), that fails "

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd.analysis import Correlation, Estimate, ensemble
+from sdpd.correlations.energy_fits import EnergyWave, fit_energy_wave
+from sdpd.correlations.energy_wave import EnergyWavePrediction
 from sdpd.correlations.fits import Wave, fit_wave, joined, normalized_table
-from sdpd.correlations.predictions import WavePrediction
-from sdpd.correlations.recorder import FUNCTIONS
+from sdpd.correlations.wave import WavePrediction
 from sdpd.fluctuations.results import Item
 from sdpd.scene import Scene
 
@@ -42,6 +43,11 @@ class Shell:
     prediction : WavePrediction
         With the friction in place: what fits and functions are compared with.
     fit : Wave
+        `EnergyWave` of a fluid with an energy.
+    warmth : float
+        T of the runs over that of the fluid [1]; 1 without an energy.
+    conduction : Estimate or None
+        q(k)/k^2 by conduction and friction in place [length^2/time]; None without an energy.
     """
 
     wave_number: float
@@ -51,14 +57,17 @@ class Shell:
     continuum: WavePrediction
     prediction: WavePrediction
     fit: Wave
+    warmth: float = 1.0
+    conduction: Estimate | None = None
 
     def normalized(self, name: str) -> tuple[Array, Array, Array]:
         """Lags [time], a function over its value at zero (the root of both), and its error."""
-        whole, index = joined(self.functions), FUNCTIONS.index(name)
-        leave = np.array([normalized_table(row)[index] for row in whole.leave_one_out()])
+        names = list(self.functions)
+        whole, index, number = joined(self.functions), names.index(name), len(names)
+        leave = np.array([normalized_table(row, number)[index] for row in whole.leave_one_out()])
         count = whole.n_blocks
         spread = np.sum((leave - leave.mean(axis=0)) ** 2, axis=0)
-        value = normalized_table(whole.mean)[index]
+        value = normalized_table(whole.mean, number)[index]
         return self.functions[name].lag, value, np.sqrt((count - 1) / count * spread)
 
 
@@ -68,6 +77,8 @@ def assemble_shell(
     members: Sequence[dict[str, Correlation]],
     rates: Array,
     continuum: WavePrediction,
+    *,
+    warmth: float = 1.0,
 ) -> Shell:
     """Join the runs of one wave number and fit them.
 
@@ -77,14 +88,24 @@ def assemble_shell(
     vectors : ndarray of int, shape (K, D)
     members : sequence of dict
         The five functions of each run.
-    rates : ndarray, shape (runs, 2)
-        Friction in place, across and along, of each run [1/time].
+    rates : ndarray, shape (runs, 2 or 3)
+        Friction in place, across and along, and what damps the energy, of each run [1/time].
     continuum : WavePrediction
+    warmth : float
+        T of the runs over that of the fluid [1].
     """
-    functions = {name: Correlation.merge([m[name] for m in members]) for name in FUNCTIONS}
+    functions = {name: Correlation.merge([m[name] for m in members]) for name in members[0]}
     square = continuum.wave_number**2
     friction = (_mean(rates[:, 0] / square), _mean(0.5 * rates[:, 1] / square))
     prediction = continuum.with_friction(friction[0].value, friction[1].value)
+    speed = scene.thermal_speed * float(np.sqrt(warmth))
+    conduction = None
+    if isinstance(prediction, EnergyWavePrediction):
+        conduction = _mean(rates[:, 2] / square)
+        prediction = prediction.with_conduction(conduction.value * square)
+        fit: Wave = fit_energy_wave(functions, prediction, speed)
+    else:
+        fit = fit_wave(functions, prediction, speed)
     return Shell(
         wave_number=continuum.wave_number,
         vectors=vectors,
@@ -92,7 +113,9 @@ def assemble_shell(
         friction=friction,
         continuum=continuum,
         prediction=prediction,
-        fit=fit_wave(functions, prediction, scene.thermal_speed),
+        fit=fit,
+        warmth=warmth,
+        conduction=conduction,
     )
 
 
@@ -108,7 +131,7 @@ def _mean(values: Array) -> Estimate:
 
 def _items(scene: Scene, shell: Shell, edge: float) -> Iterator[Item]:
     theory, functions, fit = shell.prediction, shell.functions, shell.fit
-    thermal = scene.thermal_speed**2
+    thermal = scene.thermal_speed**2 * shell.warmth
     group = (
         f"k = {shell.wave_number * edge:.3g} x 2 pi/L, kh = "
         f"{shell.wave_number * scene.support_radius:.2f}"
@@ -129,7 +152,7 @@ def _items(scene: Scene, shell: Shell, edge: float) -> Iterator[Item]:
     turn = int(np.argmin(np.abs(lags - theory.probe_times("cross")[1])))
     yield item(
         "<rho* j(t)> less <j* rho(t)>",
-        joined(functions).derive(lambda mean: _difference(mean, turn)),
+        joined(functions).derive(lambda mean: _difference(mean, turn, len(functions))),
         0.0,
         unit=1.0,
     )
@@ -155,7 +178,10 @@ def _items(scene: Scene, shell: Shell, edge: float) -> Iterator[Item]:
         theory.sum_rule,
         accuracy=2.0 * theory.sound_accuracy - theory.structure_accuracy,
     )
-    for name in FUNCTIONS[:4]:
+    names = [name for name in functions if name != "reversed_cross"]
+    if isinstance(theory, EnergyWavePrediction) and isinstance(fit, EnergyWave):
+        yield from (item(*row[:3], **row[3]) for row in _energy_rows(scene, shell, theory, fit))
+    for name in names:
         lag, mean, error = shell.normalized(name)
         blocks = float(functions[name].n_blocks)
         for wanted in theory.probe_times(name):
@@ -169,12 +195,37 @@ def _items(scene: Scene, shell: Shell, edge: float) -> Iterator[Item]:
             )
 
 
+def _energy_rows(
+    scene: Scene, shell: Shell, theory: EnergyWavePrediction, fit: EnergyWave
+) -> Iterator[tuple[str, Estimate, float, dict[str, Any]]]:
+    """Name, estimate, prediction and the rest of what an energy adds."""
+    count, square = scene.n_particles, theory.wave_number**2
+    capacity = scene.heat_capacity_number + 0.5 * scene.dimension
+    unit = (scene.thermal_energy * shell.warmth) ** 2 * capacity
+    power = shell.functions["energy"].at(0).scaled(1.0 / unit)
+    share = 1.0 - theory.structure_factor / count
+    yield "<|e_k|^2> over kB T^2 (C + D kB/2) N", power, share, {"accuracy": 2.0 / count}
+    assert shell.conduction is not None
+    sound, heat = theory.sound_accuracy, theory.conduction_accuracy
+    system = theory.system
+    share = (theory.heat_ratio - 1.0) / theory.heat_ratio
+    mixed = theory.viscosity_accuracy + share * heat
+    for name, found, expected, accuracy in (
+        ("c_S(k)", fit.adiabatic_speed, theory.adiabatic_speed, sound),
+        ("gamma(k)", fit.heat_ratio, theory.heat_ratio, 2.0 * sound * share),
+        ("q(k)", fit.conduction, theory.conduction / square, heat),
+        ("decay of the heat mode", fit.heat_rate, system.heat_rate / square, heat + sound * share),
+        ("decay of sound", fit.sound_rate, system.sound_rate / square, mixed),
+    ):
+        yield f"{name} over theory", found.scaled(1.0 / expected), 1.0, {"accuracy": accuracy}
+
+
 def _scaled(name: str, theory: WavePrediction, lag: float) -> str:
     if name == "transverse":
         return f"nu k^2 t = {theory.shear_rate * lag:.2f}"
     return f"c k t = {theory.frequency * lag:.2f}"
 
 
-def _difference(mean: Array, turn: int) -> float:
-    table = normalized_table(mean)
+def _difference(mean: Array, turn: int, number: int) -> float:
+    table = normalized_table(mean, number)
     return float(table[3, turn] - table[4, turn])

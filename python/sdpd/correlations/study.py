@@ -14,9 +14,10 @@ from sdpd import validation
 from sdpd.analysis import Correlation
 from sdpd.correlations.plan import Plan, check_scene, check_waves, plan_scene
 from sdpd.correlations.predictions import predict, wave_numbers
-from sdpd.correlations.recorder import FrictionSampler, correlator, functions
+from sdpd.correlations.recorder import FrictionSampler, correlator, function_names, functions
 from sdpd.correlations.results import Shell, assemble_shell, compare
 from sdpd.errors import TimeStepWarning
+from sdpd.fluctuations.energy_sums import draw_temperatures, shell_temperature
 from sdpd.fluctuations.results import Item, judge
 from sdpd.scene import Scene
 
@@ -123,18 +124,22 @@ def run_correlations(
     began = time.perf_counter()
     groups = wave_numbers(scene, numbers)
     vectors = [group for _, group in groups]
-    members, rates = [], []
+    members, rates, kelvin = [], [], []
     for run in range(chosen.runs):
-        found, friction = _run(scene, chosen, vectors, run_seed(seed, run), threads, progress)
+        found, friction, warm = _run(scene, chosen, vectors, run_seed(seed, run), threads, progress)
         members.append(found)
         rates.append(friction)
+        kelvin.append(warm)
+    temperature = float(np.mean(kelvin)) if scene.active_effects.energy else None
+    warmth = 1.0 if temperature is None else temperature / scene.fluid.temperature
     shells = tuple(
         assemble_shell(
             scene,
             group,
             [member[index] for member in members],
             np.array(rates)[:, index],
-            predict(scene, wave_number, chosen.dt),
+            predict(scene, wave_number, chosen.dt, temperature=temperature),
+            warmth=warmth,
         )
         for index, (wave_number, group) in enumerate(groups)
     )
@@ -158,8 +163,8 @@ def _run(
     seed: int,
     threads: int | None,
     progress: bool | None,
-) -> tuple[list[dict[str, Correlation]], NDArray[np.float64]]:
-    """Functions of each wave number and friction in place, (wave numbers, 2), of one run."""
+) -> tuple[list[dict[str, Correlation]], NDArray[np.float64], float]:
+    """Functions of each wave number, friction in place (wave numbers, 2 or 3) and T of one run."""
     from sdpd.simulation import Simulation
 
     with warnings.catch_warnings():  # a plan may exceed a bound that does not matter here
@@ -167,8 +172,12 @@ def _run(
         simulation = Simulation(
             scene, integrator="pair_splitting", dt=plan.dt, seed=seed, threads=threads
         )
+    energy = scene.active_effects.energy
+    if energy:
+        simulation.temperatures = draw_temperatures(scene, seed)
     simulation.run(steps=plan.equilibration, progress=progress)
     recorder = correlator(vectors, plan)
     friction = FrictionSampler(scene, vectors, every=max(1, plan.run_steps // FRICTION_SAMPLES))
     simulation.run(steps=plan.run_steps, observe=[recorder, friction], progress=progress)
-    return functions(recorder, plan), friction.rates
+    temperature = shell_temperature(simulation) if energy else scene.fluid.temperature
+    return functions(recorder, plan, function_names(scene)), friction.rates, temperature

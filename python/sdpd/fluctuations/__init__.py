@@ -5,17 +5,20 @@ The command is ``sdpd fluctuations SCENE.toml``.
 
 from __future__ import annotations
 
+from sdpd.fluctuations.energy_items import EnergyPrediction
 from sdpd.fluctuations.figures import plot, write_figure
 from sdpd.fluctuations.files import rows, write
+from sdpd.fluctuations.item import Item
 from sdpd.fluctuations.plan import Plan, plan_scene
 from sdpd.fluctuations.predictions import DensityPrediction
 from sdpd.fluctuations.report import report
-from sdpd.fluctuations.results import Item, compare, judge
+from sdpd.fluctuations.results import compare, judge
 from sdpd.fluctuations.sampler import Sampler
 from sdpd.fluctuations.study import Study, run_fluctuations
 
 __all__ = [
     "DensityPrediction",
+    "EnergyPrediction",
     "Item",
     "Plan",
     "Sampler",

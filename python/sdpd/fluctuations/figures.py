@@ -1,4 +1,7 @@
-"""Six panels: S(k), |j_k|^2, velocities, their correlation in space, density, and all z."""
+"""Six panels: S(k), |j_k|^2, velocities, their correlation in space, density, and all z.
+
+Two more of a fluid with an energy: temperatures of particles, and waves of T, S and P.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sdpd.drawing import BLUE, GREEN, VERMILION, figure_or_new, save
+from sdpd.fluctuations.energy_items import EnergyPrediction
 from sdpd.fluctuations.report import threshold
 from sdpd.fluctuations.sampler import HISTOGRAM
 
@@ -33,9 +37,12 @@ def plot(study: Study, figure: Any = None) -> Any:
     -------
     matplotlib Figure
     """
-    figure = figure_or_new(figure, SIZE)
-    panels = figure.subplots(2, 3).ravel()
-    drawn = (_structure, _currents, _histogram, _quantiles, _space, _deviations)
+    drawn = [_structure, _currents, _histogram, _quantiles, _space, _deviations]
+    if study.sampler.energy is not None:
+        drawn[5:5] = [_temperatures, _energy_modes]
+    columns = len(drawn) // 2
+    figure = figure_or_new(figure, (SIZE[0] * columns / 3.0, SIZE[1]))
+    panels = figure.subplots(2, columns).ravel()
     for axes, draw in zip(panels, drawn, strict=True):
         draw(study, axes)
         axes.grid(color="0.9", linewidth=0.7)
@@ -52,7 +59,8 @@ def plot(study: Study, figure: Any = None) -> Any:
 
 def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
     """Write fluctuations.png; the folder is made if need be."""
-    return save(lambda figure: plot(study, figure), folder, "fluctuations", size=SIZE)
+    width = SIZE[0] * (1.0 if study.sampler.energy is None else 4.0 / 3.0)
+    return save(lambda figure: plot(study, figure), folder, "fluctuations", size=(width, SIZE[1]))
 
 
 def _points(axes: Any, x: Any, rows: Any, color: str, marker: str, text: str) -> None:
@@ -133,6 +141,50 @@ def _space(study: Study, axes: Any) -> None:
     axes.axhline(exact, color="0.2", label="exact: $-1/N$, as the total momentum is zero")
     label = r"$\langle v_i\cdot v_j\rangle/(D\,k_BT/m)$"
     axes.set(xlabel="$r/h$", ylabel=label, title="velocities in space")
+    axes.legend(fontsize=8)
+
+
+def _temperatures(study: Study, axes: Any) -> None:
+    from scipy import stats
+
+    energy = study.sampler.energy
+    assert energy is not None
+    counts, k = energy.histogram, energy.shell.heat_capacity
+    width = HISTOGRAM[1] - HISTOGRAM[0]
+    centers = 0.5 * (HISTOGRAM[1:] + HISTOGRAM[:-1])
+    seen = counts > 0
+    axes.plot(centers[seen], counts[seen] / counts.sum() / width, "o", color=BLUE, markersize=3)
+    positive = centers > -np.sqrt(k)
+    share = 1.0 + centers[positive] / np.sqrt(k)
+    exact = stats.beta.pdf(share * k / energy.shell.freedom, k, energy.shell.freedom - k)
+    axes.plot(centers[positive], exact * np.sqrt(k) / energy.shell.freedom, color="0.2")
+    label = r"$(T_i/T-1)\,\sqrt{C/k_B}$"
+    axes.set(xlabel=label, ylabel="probability density", title="temperatures", yscale="log")
+
+
+def _energy_modes(study: Study, axes: Any) -> None:
+    sampler, h = study.sampler, study.scene.support_radius
+    assert sampler.energy is not None
+    k = sampler.energy.shell.heat_capacity
+    number = sampler.wave_number * h
+    label = r"$\langle|T_k|^2\rangle C/k_BT^2N$"
+    _points(axes, number, sampler.table["temperature_modes"], BLUE, "o", label)
+    axes.axhline(1.0, color="0.2")
+    if study.prediction is not None:
+        theory = EnergyPrediction(study.scene, study.prediction)
+        grid = np.linspace(0.0, 1.05 * float(sampler.wave_number[-1]), 200)
+        unit = theory.pressure_modes(0.0) / theory.heat_ratio * (theory.heat_ratio - 1.0)
+        entropy = sampler.table["entropy_modes"] / k
+        _points(axes, number, entropy, VERMILION, "s", r"$\langle|S_k|^2\rangle/k_BCN$")
+        axes.plot(grid * h, theory.entropy_modes(grid) / k, color=VERMILION)
+        pressure = sampler.table["pressure_modes"] / unit
+        _points(
+            axes, number, pressure, GREEN, "^", r"$\langle|P_k|^2\rangle$, over its part by $T$"
+        )
+        axes.plot(grid * h, theory.pressure_modes(grid) / unit, color=GREEN)
+    axes.set(
+        xlabel="$kh$", ylabel="over that by $T$", title="waves of temperature, entropy, pressure"
+    )
     axes.legend(fontsize=8)
 
 

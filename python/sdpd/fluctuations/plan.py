@@ -59,9 +59,8 @@ def check_scene(scene: Scene) -> None:
     Raises
     ------
     ValueError
-        Without noise, with walls, or with a body force.
+        Without noise, with walls, with a body force, or with an energy that does not get about.
     """
-    validation.isothermal("scene", scene)
     if scene.walls:
         raise ValueError("`scene` must have no walls: the predictions are for periodic boxes")
     active = scene.active_effects
@@ -70,12 +69,18 @@ def check_scene(scene: Scene) -> None:
             "`scene` must have thermal fluctuations, got one without: give the fluid a temperature "
             "and leave `effects.fluctuations` on"
         )
+    if active.energy and not (active.viscous_heating and active.conduction):
+        missing = "heat conduction" if active.viscous_heating else "viscous heating"
+        raise ValueError(
+            f"`scene` must have {missing} where its fluid has an energy, got none: the particles "
+            "would not share their energy"
+        )
     if active.body_force:
         raise ValueError("`scene` must be in equilibrium, got one with a body force")
 
 
 def equilibrium_time_step(scene: Scene) -> float:
-    """Largest step for equilibrium: the splitting keeps it at any dt/tau, so friction is no bound.
+    """Largest step for equilibrium, which the splitting keeps however strong friction and heat are.
 
     Returns
     -------
@@ -83,7 +88,7 @@ def equilibrium_time_step(scene: Scene) -> float:
         [time].
     """
     bounds = timestep.bounds(scene, "pair_splitting")
-    return min(bound.value for bound in bounds if bound.name != "friction")
+    return min(bound.value for bound in bounds if bound.name not in ("friction", "conduction"))
 
 
 def plan_scene(scene: Scene, *, time_factor: float = 1.0, quick: bool = False) -> Plan:

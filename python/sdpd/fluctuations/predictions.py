@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sdpd import timestep
 from sdpd.scene import Scene
 from sdpd.theory import DensityTheory, cell_count_variance, kernel_transform
 
@@ -42,6 +43,8 @@ class DensityPrediction:
     scene : Scene
     dt : float
         Time step of the pair splitting [time]; 0 for the exact canonical distribution.
+    temperature : float, optional
+        T of a fluid with an energy [temperature]; that of the fluid if None.
 
     Raises
     ------
@@ -61,15 +64,17 @@ class DensityPrediction:
     True
     """
 
-    def __init__(self, scene: Scene, dt: float) -> None:
+    def __init__(self, scene: Scene, dt: float, temperature: float | None = None) -> None:
         self._scene, self._dt = scene, dt
+        self._warmth = 1.0 if temperature is None else temperature / scene.fluid.temperature
+        stiffness, number = self._state()
         self._theory = DensityTheory(
             kernel=scene.resolution.kernel,
             dimension=scene.dimension,
             support=scene.support_radius,
             number_density=scene.n_particles / scene.box.volume,
-            stiffness=scene.stiffness,
-            compressibility_factor=scene.pressure_number,
+            stiffness=stiffness,
+            compressibility_factor=number,
         )
         self.variance, self.bias = self._theory.variance(), self._theory.bias()
         missing = float(self._theory.structure_factor(0.0)) / scene.n_particles
@@ -78,12 +83,78 @@ class DensityPrediction:
         if dt > 0.0:
             self._add_step()
 
+    def _state(self) -> tuple[float, float]:
+        """X and P/(n kB T) at the temperature of the fluid."""
+        scene = self._scene
+        if not scene.active_effects.energy:
+            return scene.stiffness, scene.pressure_number
+        unit = scene.particle_mass / (scene.thermal_energy * self._warmth)
+        pressure, slope = self.caloric([scene.fluid.density])
+        return float(slope[0]) * unit, float(pressure[0]) / scene.fluid.density * unit
+
+    @property
+    def warmth(self) -> float:
+        """Temperature over that of the fluid [1]."""
+        return self._warmth
+
+    @property
+    def stiffness(self) -> float:
+        """X = m c_T^2/(kB T) at this temperature [1]."""
+        return self._theory.stiffness
+
+    def pressure_coefficient(self, share: float = 1.0) -> float:
+        """(dP/dT)_rho of a fluid with an energy, at a share of its density.
+
+        [energy/(length^D temperature)].
+        """
+        from sdpd import _core
+
+        scene, kelvin = self._scene, self._scene.fluid.temperature
+        rho, t = np.full(2, share * scene.fluid.density), kelvin * np.array([1.0, 2.0])
+        cold, warm = _core.caloric_evaluate(scene.caloric, rho, t)[0]
+        return float(warm - cold) / kelvin
+
+    def virial_coefficient(self) -> float:
+        """(dP/dT)_rho/(n kB) of the virial pressure, motion and fluctuations included (RPA) [1]."""
+        shift = 0.01
+        cold, warm = (self._virial(self._warmth * (1.0 + s)) for s in (-shift, shift))
+        return (warm - cold) / (2.0 * shift * self._warmth)
+
+    def _virial(self, warmth: float) -> float:
+        """P/(n kB T_0) at a temperature over T_0."""
+        scene, strain = self._scene, 1e-4
+        other = DensityPrediction(scene, 0.0, warmth * scene.fluid.temperature)
+        _, slopes = other.caloric(scene.fluid.density * (1.0 + strain * np.array([-1.0, 1.0])))
+        change = float(slopes[1] - slopes[0]) / (2.0 * strain)
+        energy = scene.thermal_energy * warmth
+        pressure = other._theory.virial_pressure(
+            thermal_energy=energy, stiffness_slope=change * scene.particle_mass / energy
+        )
+        return pressure * scene.box.volume / (scene.n_particles * scene.thermal_energy)
+
+    @property
+    def step_error(self) -> float:
+        """Relative excess of the density's variance by the time step [1]."""
+        if self._dt == 0.0:
+            return 0.0
+        found = timestep.expected_errors(self._scene, self._dt, "pair_splitting")
+        return found.density_variance or 0.0
+
+    def caloric(self, densities: ArrayLike) -> tuple[Array, Array]:
+        """P and (dP/drho)_T of a fluid with an energy at mass densities and its temperature."""
+        from sdpd import _core
+
+        rho = np.asarray(densities, dtype=np.float64)
+        kelvin = np.full(rho.shape, self._scene.fluid.temperature * self._warmth)
+        found = _core.caloric_evaluate(self._scene.caloric, rho, kelvin)
+        return np.asarray(found[0]), np.asarray(found[3])
+
     def structure_factor(self, wave_number: ArrayLike) -> Array:
         """S(k) at wave numbers [1/length], any shape."""
         k = np.asarray(wave_number, dtype=np.float64)
         plain = self._theory.structure_factor(k)
         response = 1.0 / plain - 1.0
-        square = response * (k * self._scene.thermal_speed * self._dt) ** 2
+        square = response * self._warmth * (k * self._scene.thermal_speed * self._dt) ** 2
         return np.asarray(1.0 / (1.0 + response * (1.0 - 0.25 * square)))
 
     def cell_variance(self, parts: int) -> float:
@@ -104,16 +175,20 @@ class DensityPrediction:
         rho, strain = scene.fluid.density, 0.01
         law = scene.fluid.equation_of_state
         density = rho * (1.0 + self.bias + strain * np.array([-1.0, 0.0, 1.0]))
-        low, mid, high = law.pressure(density, reference_density=rho, sound_speed=scene.sound.speed)
+        if scene.active_effects.energy:
+            low, mid, high = self.caloric(density)[0]
+        else:
+            low, mid, high = law.pressure(
+                density, reference_density=rho, sound_speed=scene.sound.speed
+            )
         curvature = float(low - 2.0 * mid + high) / strain**2
         unit = scene.stiffness * scene.thermal_energy * scene.n_particles / scene.box.volume
         return (float(mid) + 0.5 * curvature * self.variance) / unit
 
     def accuracy(self, quantity: str) -> float:
         """Stated accuracy for a quantity of `LIMITS`, relative but for "mean" [1]."""
-        scene = self._scene
         stiff, soft, smallest = LIMITS[quantity]
-        low = scene.pressure_number <= 0.5 * scene.stiffness
+        low = self._theory.compressibility_factor <= 0.5 * self._theory.stiffness
         return max(smallest, (soft if low else stiff) * abs(self.bias))
 
     def _add_step(self) -> None:

@@ -40,6 +40,15 @@ def _head(study: Study) -> str:
     si = scene.fluid.is_si
     tau, limit = scene.friction_time, timestep.acoustic_limit(scene)
     sampled = quantity(plan.steps * plan.dt, "s", si=si)
+    energy = ""
+    if study.sampler.energy is not None:
+        shell, kelvin = study.sampler.energy.shell, study.sampler.energy.temperatures
+        mean = quantity(sum(kelvin) / len(kelvin), "K", si=si)
+        energy = (
+            f"\nenergy: C = {shell.heat_capacity:.4g} kB a particle, gamma = "
+            f"{scene.adiabatic_ratio:.4g}, T of the shell {mean}; total energy changed by "
+            f"{study.energy_change:.0e} of the kinetic"
+        )
     return (
         f"Equilibrium fluctuations: {scene.n_particles} particles in {scene.dimension}D, "
         f"{scene.resolution.kernel} kernel, h/dx = {scene.resolution.support:g}\n"
@@ -50,6 +59,7 @@ def _head(study: Study) -> str:
         f"{plan.dt / limit:.2f} of the acoustic limit\n"
         f"{plan.equilibration} steps of equilibration, {plan.blocks} blocks of {plan.samples} "
         f"samples every {plan.every} steps ({sampled}); seed {study.seed}, {study.seconds:.0f} s"
+        + energy
     )
 
 
@@ -96,6 +106,14 @@ def _notes(study: Study) -> str:
         "an item fails."
     )
     parts = [about]
+    if study.sampler.energy is not None:
+        shell = study.sampler.energy.shell
+        bath = shell.heat_capacity * shell.variance
+        parts.append(
+            "The particles share one energy, so that temperatures are exact for any number of them "
+            f"(shell); next to a bath Var T would be kB T^2/C, here it is {bath:.4f} of that. "
+            "Entropy and pressure know the density in mean field."
+        )
     if study.prediction is None:
         parts.append(
             "No prediction for the density: the fluid is beyond the pairing limit of its kernel "

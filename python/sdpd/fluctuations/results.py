@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdpd.analysis import Estimate, bonferroni, ensemble
+from sdpd.fluctuations.energy_items import energy_items
+from sdpd.fluctuations.item import SHELLS, Item
 
 if TYPE_CHECKING:
     from sdpd.fluctuations.predictions import DensityPrediction
@@ -21,58 +22,6 @@ __all__ = ["LEVEL", "Item", "compare", "drift", "judge"]
 Array = NDArray[np.float64]
 
 LEVEL = 0.01  # probability that any item of a right simulation fails
-SHELLS = 6  # shells shown one by one
-
-
-@dataclass(frozen=True, kw_only=True)
-class Item:
-    """One quantity.
-
-    Attributes
-    ----------
-    group, name : str
-    estimate : Estimate
-        Reduced [1]; blocks of one run.
-    prediction : float
-        [1].
-    accuracy : float
-        Of the prediction itself, absolute [1]; 0 where theory is exact.
-    unit : float or None
-        What a fault is relative to [1]; the prediction if None.
-    """
-
-    group: str
-    name: str
-    estimate: Estimate
-    prediction: float
-    accuracy: float = 0.0
-    unit: float | None = None
-
-    @property
-    def scale(self) -> float:
-        """What a fault is relative to [1]."""
-        return abs(self.prediction) if self.unit is None else self.unit
-
-    @property
-    def exact(self) -> bool:
-        """Whether theory is exact at any time step."""
-        return self.accuracy == 0.0
-
-    @property
-    def z(self) -> float:
-        """Distance from the prediction in standard errors."""
-        return self.estimate.z(self.prediction)
-
-    @property
-    def p(self) -> float:
-        """Two-sided probability of a distance beyond the accuracy of theory, by Student's t."""
-        away = self.estimate.value - self.prediction
-        beyond = np.sign(away) * max(0.0, abs(away) - self.accuracy)
-        return self.estimate.p(self.estimate.value - float(beyond))
-
-    def visible(self, threshold: float) -> float:
-        """Smallest relative fault that is beyond `threshold` standard errors and the accuracy."""
-        return (self.accuracy + threshold * self.estimate.stderr) / self.scale
 
 
 def judge(items: tuple[Item, ...]) -> tuple[bool, ...]:
@@ -101,6 +50,8 @@ def compare(
     items = [*_velocities(scene, sampler), *_currents(sampler)]
     if prediction is not None:
         items += _density(sampler, prediction)
+    if sampler.energy is not None:
+        items += energy_items(scene, sampler, prediction)
     return tuple(items)
 
 

@@ -2,7 +2,8 @@
 
 With u = v/sqrt(kB T/m) and N particles of zero total momentum, the expectations at given positions
 are exact: <u_i.u_j> = D (delta_ij - 1/N), so that sum u^2 has D (N - 1) degrees of freedom, a mode
-|j_k|^2/N = 1 - |rho_k|^2/N^2 per component, a cell N_c - N_c^2/N, and a pair -1/N.
+|j_k|^2/N = 1 - |rho_k|^2/N^2 per component, a cell N_c - N_c^2/N, and a pair -1/N. Where the fluid
+has an energy, T is that of its shell in each sample (`EnergySums`), with which this stays exact.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from sdpd.analysis import allowed_wave_vectors, fourier_components
 from sdpd.analysis.fourier import shells
+from sdpd.fluctuations.energy_sums import EnergySums
 from sdpd.observers import Observer
 
 if TYPE_CHECKING:
@@ -50,6 +52,8 @@ class Sampler(Observer):
         Bins of the velocity correlation [length].
     histogram : ndarray, shape (100,)
         Velocity components over sqrt(kB T/m), in bins of 0.1 from -5.
+    energy : EnergySums or None
+        Of a fluid with an energy.
     """
 
     def __init__(self, scene: Scene, *, samples: int, every: int = 1) -> None:
@@ -68,6 +72,7 @@ class Sampler(Observer):
         self._starts = np.concatenate([[0], np.cumsum(self.n_vectors)[:-1]])
         self.distance_edges: Array = np.linspace(0.0, scene.support_radius, 6)
         self.histogram: Array = np.zeros(HISTOGRAM.size - 1)
+        self.energy = EnergySums(scene, HISTOGRAM) if scene.active_effects.energy else None
         self._row: dict[str, Array] = {}
         self._count = 0
         self._blocks: list[dict[str, Array]] = []
@@ -89,15 +94,19 @@ class Sampler(Observer):
 
     def sample(self, sim: Simulation) -> None:
         """Add the present state."""
-        r, u = sim.positions, sim.velocities / self._speed
+        r, d = sim.positions, sim.number_densities / self._density
+        warmth = 1.0 if self.energy is None else self.energy.begin(sim)
+        u = sim.velocities / (self._speed * np.sqrt(warmth))
+        more = np.zeros((self._n, 0)) if self.energy is None else self.energy.deviations(sim)
         self._velocities(u)
-        self._modes(r, u)
-        self._cells(r, u)
-        d = sim.number_densities / self._density
+        self._modes(r, u, more)
+        self._cells(r, u, more)
         self._add("density", np.array([d.mean(), np.mean((d - 1.0) ** 2)]))
         self._add("pressure", np.array([sim.pressures.mean() / self._pressure]))
+        if self.energy is not None:
+            self.energy.particles(self._add, more, d)
         if self._count % PAIR_EVERY == 0:
-            self._pairs(r, u)
+            self._pairs(r, u, more)
         self._count += 1
         if self._count == self._samples:
             self._blocks.append({name: a / self._samples for name, a in self._row.items()})
@@ -108,13 +117,17 @@ class Sampler(Observer):
 
     def _velocities(self, u: Array) -> None:
         self._add("square", np.sum(u**2, axis=0) / (self._n - 1))
-        self._add("fourth", np.array([np.mean(u**4)]) / (3.0 * (1.0 - 1.0 / self._n) ** 2))
+        expected = 3.0 * (1.0 - 1.0 / self._n) ** 2
+        if self.energy is not None:
+            expected *= self.energy.shell.velocity_fourth_moment
+        self._add("fourth", np.array([np.mean(u**4)]) / expected)
         self.histogram += np.histogram(u, HISTOGRAM)[0]
 
-    def _modes(self, r: Array, u: Array) -> None:
-        weights = np.concatenate([np.ones((self._n, 1)), u], axis=1)
+    def _modes(self, r: Array, u: Array, more: Array) -> None:
+        dimension = u.shape[1]
+        weights = np.concatenate([np.ones((self._n, 1)), u, more], axis=1)
         waves = fourier_components(r, self._box, self._vectors, weights)[0]
-        density, current = waves[:, 0], waves[:, 1:]
+        density, current = waves[:, 0], waves[:, 1 : 1 + dimension]
         power = np.abs(density) ** 2 / self._n
         along = np.sum(current * self._unit, axis=1)
         total = np.sum(np.abs(current) ** 2, axis=1)
@@ -124,11 +137,16 @@ class Sampler(Observer):
         self._add("structure", self._shells(power))
         self._add("longitudinal", self._shells(forward / expected))
         self._add("transverse", self._shells(across / expected))
+        if self.energy is not None:
+            chosen = np.concatenate([waves[:, :1], waves[:, 1 + dimension :]], axis=1)
+            names = ("temperature_modes", "density_temperature", "entropy_modes", "pressure_modes")
+            for name, value in zip(names, self.energy.modes(chosen, power), strict=True):
+                self._add(name, self._shells(value))
 
     def _shells(self, value: Array) -> Array:
         return np.asarray(np.add.reduceat(value, self._starts) / self.n_vectors)
 
-    def _cells(self, r: Array, u: Array) -> None:
+    def _cells(self, r: Array, u: Array, more: Array) -> None:
         dimension = r.shape[1]
         share = r / self._box
         for parts in CELL_DIVISIONS:
@@ -141,8 +159,14 @@ class Sampler(Observer):
             spread = float(np.mean((number - self._n / cells) ** 2))
             moved = float(np.sum(momentum**2)) / (dimension * free)
             self._add(f"cells_{parts}", np.array([spread, moved]))
+            if self.energy is not None:
+                warm = np.bincount(flat, more[:, 0], cells)
+                self._add(
+                    f"warm_cells_{parts}",
+                    np.array([self.energy.cell(np.asarray(warm), number.astype(float))]),
+                )
 
-    def _pairs(self, r: Array, u: Array) -> None:
+    def _pairs(self, r: Array, u: Array, more: Array) -> None:
         from scipy.spatial import cKDTree
 
         edges, number, dimension = self.distance_edges, self.distance_edges.size - 1, u.shape[1]
@@ -155,6 +179,9 @@ class Sampler(Observer):
         product = np.einsum("pd,pd->p", u[i], u[j]) / dimension
         sums = [np.bincount(place, weights, number) for weights in (product, None)]
         self._add("pairs", np.array(sums, dtype=np.float64))
+        if self.energy is not None:
+            warm = self.energy.shell.heat_capacity * more[i, 0] * more[j, 0]
+            self._add("warm_pairs", np.bincount(place, warm, number).astype(np.float64))
 
 
 def _wave_vectors(box: Array) -> NDArray[np.int64]:

@@ -6,9 +6,12 @@ import time
 import warnings
 from dataclasses import dataclass
 
+import numpy as np
+
 from sdpd import validation
 from sdpd.analysis import Estimate
 from sdpd.errors import TimeStepWarning
+from sdpd.fluctuations.energy_sums import draw_temperatures
 from sdpd.fluctuations.plan import Plan, check_scene, plan_scene
 from sdpd.fluctuations.predictions import DensityPrediction
 from sdpd.fluctuations.results import Item, compare, drift, judge
@@ -37,6 +40,8 @@ class Study:
         Relative change of the density variance from the first half to the second.
     seconds : float
         Wall time [s].
+    energy_change : float
+        Of a fluid with an energy, over the kinetic energy [1].
     """
 
     scene: Scene
@@ -48,6 +53,7 @@ class Study:
     prediction: DensityPrediction | None
     drift: Estimate
     seconds: float
+    energy_change: float = 0.0
 
     @property
     def steady(self) -> bool:
@@ -126,16 +132,22 @@ def run_fluctuations(
     chosen = plan_scene(scene, time_factor=time_factor, quick=quick) if plan is None else plan
     began = time.perf_counter()
     sampler = Sampler(scene, samples=chosen.samples, every=chosen.every)
-    prediction = _prediction(scene, chosen.dt)
     with warnings.catch_warnings():  # above the bound for the viscosity, which is not measured
         warnings.simplefilter("ignore", TimeStepWarning)
         simulation = Simulation(
             scene, integrator="pair_splitting", dt=chosen.dt, seed=seed, threads=threads
         )
+    if scene.active_effects.energy:
+        simulation.temperatures = draw_temperatures(scene, seed)
+    energy = simulation.total_energy if scene.active_effects.energy else 0.0
     if chosen.equilibration:
         simulation.run(steps=chosen.equilibration, progress=progress)
     ahead = -simulation.step % chosen.every  # the first block begins on a multiple of `every`
     simulation.run(steps=chosen.steps + ahead, observe=sampler, progress=progress)
+    change = 0.0
+    if scene.active_effects.energy:
+        change = (simulation.total_energy - energy) / simulation.kinetic_energy
+    prediction = _prediction(scene, chosen.dt, sampler)
     items = compare(scene, sampler, prediction)
     return Study(
         scene=scene,
@@ -147,10 +159,13 @@ def run_fluctuations(
         prediction=prediction,
         drift=drift(sampler),
         seconds=time.perf_counter() - began,
+        energy_change=change,
     )
 
 
-def _prediction(scene: Scene, dt: float) -> DensityPrediction | None:
+def _prediction(scene: Scene, dt: float, sampler: Sampler) -> DensityPrediction | None:
     if scene.pairing[0] >= 1.0:
         return None
-    return DensityPrediction(scene, dt)
+    if sampler.energy is None:
+        return DensityPrediction(scene, dt)
+    return DensityPrediction(scene, dt, float(np.mean(sampler.energy.temperatures)))

@@ -41,7 +41,8 @@ class CurrentCorrelator(LaggedObserver):
     .. math:: \rho_k = N^{-1/2} \sum e^{i k\cdot r}, \qquad j_k = N^{-1/2} \sum v\, e^{i k\cdot r}
 
     The density correlation starts at S(k), each current correlation at k_B T/m. Segments join as
-    those of `Correlator` do.
+    those of `Correlator` do. Where the fluid has an energy, that of the particles (thermal and
+    kinetic) makes waves as well: three more functions.
 
     Examples
     --------
@@ -71,6 +72,7 @@ class CurrentCorrelator(LaggedObserver):
         super().__init__(every=every, points=points, levels=levels)
         self.wave_vectors = _integers(wave_vectors)
         self._lengths: NDArray[np.float64] = np.zeros(0)
+        self._columns = 5
 
     def check(self, sim: Simulation, every: int, dt: float) -> None:
         """Refuse another simulation, other lags, and vectors of another dimension."""
@@ -83,6 +85,7 @@ class CurrentCorrelator(LaggedObserver):
 
     def _attach(self, sim: Simulation, every: int) -> Any:
         self._lengths = np.asarray(sim.scene.box.lengths, dtype=np.float64)
+        self._columns = 8 if sim.scene.active_effects.energy else 5
         vectors = self.wave_vectors.tolist()
         return sim._core.attach_currents(every, vectors, self.points, self.levels)
 
@@ -108,7 +111,7 @@ class CurrentCorrelator(LaggedObserver):
 
         groups, longest = self._grouped(self._checked_blocks(n_blocks))
         counts = groups[..., 0]
-        columns = groups[..., 1:].reshape(*counts.shape, len(self.wave_vectors), 5)
+        columns = groups[..., 1:].reshape(*counts.shape, len(self.wave_vectors), self._columns)
         length = np.linalg.norm(2.0 * np.pi * self.wave_vectors / self._lengths, axis=1)
         name = np.round(length / length.min(), 9)
         result = []
@@ -122,7 +125,7 @@ class CurrentCorrelator(LaggedObserver):
                     longest,
                     dimension=max(1, self._dimension - 1) if column == 2 else 1,
                 )
-                for column in range(5)
+                for column in range(self._columns)
             ]
             result.append(
                 CurrentCorrelations(float(length[chosen[0]]), self.wave_vectors[chosen], *functions)

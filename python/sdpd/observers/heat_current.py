@@ -45,7 +45,13 @@ def _check_energy(name: str, sim: Simulation) -> None:
             f"`observe` must not hold a {name} without viscous heating: friction then exchanges "
             "energy with a bath and not between particles"
         )
-    if not getattr(sim.integrator, "energy_bookkeeping", True):
+    integrator = sim.integrator
+    if not isinstance(integrator, PairSplitting) or integrator.metropolis:
+        raise ValueError(
+            f"`observe` must not hold a {name} with {integrator!r}: it is made for the exchanges of "
+            "sdpd.PairSplitting() without acceptance"
+        )
+    if not integrator.energy_bookkeeping:
         raise ValueError(
             f"`observe` must not hold a {name} without energy_bookkeeping: adiabats alone do not "
             "conserve energy from step to step, so that none is handed from one particle to another"

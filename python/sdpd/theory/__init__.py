@@ -11,7 +11,9 @@ from .density import (
     reduced_equation_of_state,
     stiffness_slope,
 )
+from .energy_shell import EnergyShell
 from .friction import FrictionTheory, friction_coefficients, viscosities
+from .heat_and_sound import SoundAndHeat, ThermalHydrodynamicTheory
 from .heat_flow import (
     HeatedShear,
     conduction_profile,
@@ -35,9 +37,12 @@ __all__ = [
     "CellVariances",
     "CylinderArrayFlow",
     "DensityTheory",
+    "EnergyShell",
     "FrictionTheory",
     "HeatedShear",
     "HydrodynamicTheory",
+    "SoundAndHeat",
+    "ThermalHydrodynamicTheory",
     "ViscosityTheory",
     "cell_count_variance",
     "cell_variances",

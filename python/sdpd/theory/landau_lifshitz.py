@@ -31,6 +31,9 @@ class CellVariances:
         rho c_T^2 kB T/V, that of a fluid whose temperature is held everywhere [pressure^2].
     temperature : float or None
         kB T^2/(rho c_v V) [temperature^2]; None without a heat capacity.
+    entropy : float or None
+        Of the entropy per mass, kB c_P/(rho V) with c_P = gamma c_v
+        [(energy/(mass temperature))^2]; None without a heat capacity.
     """
 
     density: float
@@ -38,6 +41,7 @@ class CellVariances:
     pressure_adiabatic: float
     pressure_isothermal: float
     temperature: float | None
+    entropy: float | None = None
 
 
 def cell_variances(
@@ -101,11 +105,12 @@ def cell_variances(
         share = max(0.0, 1.0 - cell / box)
     if (temperature is None) != (specific_heat is None):
         raise ValueError("`temperature` and `specific_heat` must be given together")
-    warm = None
+    warm = disorder = None
     if temperature is not None and specific_heat is not None:
         kelvin = validation.positive("temperature", temperature)
         heat = validation.positive("specific_heat", specific_heat)
         warm = share * energy * kelvin / (rho * heat * cell)
+        disorder = share * energy / kelvin * gamma * heat / (rho * cell)
     isothermal = share * rho * speed**2 * energy / cell
     return CellVariances(
         share * rho * energy / (speed**2 * cell),
@@ -113,4 +118,5 @@ def cell_variances(
         gamma * isothermal,
         isothermal,
         warm,
+        disorder,
     )

@@ -49,7 +49,9 @@ class Arrangement(Observer):
 
     The last is the random part of the stress over a step of two exact half sweeps, each with
     Var = (m/2) kB T (1 - exp(-2 (a + b) g dt/m)) along e and (1 - exp(-2 a g dt/m)) across; it
-    tends to the first as dt -> 0.
+    tends to the first as dt -> 0. Of a fluid with an energy the friction of a pair is that at its
+    temperatures less its share c = 2 (kB/C) T_i T_j/(T_i + T_j)^2, and the variance that of kB
+    Tbar/(1 - c), Tbar = 2 T_i T_j/(T_i + T_j).
     """
 
     may_write: ClassVar[bool] = False
@@ -82,15 +84,31 @@ class Arrangement(Observer):
         _, f = kernels.evaluate(scene.resolution.kernel, scene.dimension, distance, h)
         d = sim.number_densities
         g = f / (d[i] * d[j])
+        warmth: Array | float = 1.0
+        if scene.active_effects.energy:
+            share, warmth = self._thermal(sim.temperatures[i], sim.temperatures[j])
+            g = g * share
         cosines = r**2 / squared[:, None]
         waves = [self._wave(k, r, squared, g) for k in self._vectors]
         across, along = scene.friction_across, scene.friction_along
         plain = self._straight(r, cosines, across * g, along * g)
         x = -2.0 * g * self._dt / scene.particle_mass
-        unit = 0.5 * scene.particle_mass / self._dt
+        unit = 0.5 * scene.particle_mass / self._dt * warmth
         side = -unit * np.expm1(across * x)
         rest = -unit * np.expm1((across + along) * x) - side
         self._rows.append(np.array([plain, self._straight(r, cosines, side, rest), *waves]))
+
+    def _thermal(self, first: Array, second: Array) -> tuple[Array, Array]:
+        """Share of the friction of a pair that acts, and Tbar/(1 - c) over the fluid's T."""
+        scene, kelvin = self._scene, self._scene.fluid.temperature
+        k, both = scene.heat_capacity_number, first + second
+        c = 2.0 / k * first * second / both**2
+        share = 1.0 - c
+        if scene.active_effects.variable_transport:
+            motion = 0.25 * scene.dimension
+            mean = (0.5 * k * both / kelvin + motion) / (k + motion)
+            share = share * mean**scene.fluid.viscosity_exponent
+        return share, 2.0 * first * second / both / kelvin / (1.0 - c)
 
     def _straight(self, r: Array, cosines: Array, across: Array, along: Array) -> float:
         """Mean over p != u of sum r_p^2 (across + along e_u^2)/V."""

@@ -14,6 +14,7 @@ from sdpd.errors import ResolutionWarning, TimeStepWarning
 from sdpd.observers import Observer
 from sdpd.scene import Scene
 from sdpd.viscosity.plan import Plan
+from sdpd.viscosity.thermostat import Thermostat
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
@@ -44,7 +45,7 @@ def measure_forced(
     seed: int,
     threads: int | None = None,
     progress: bool | None = None,
-) -> tuple[Estimate, Estimate]:
+) -> tuple[Estimate, Estimate, float]:
     r"""Drive a shear wave and measure it.
 
     Parameters
@@ -60,6 +61,9 @@ def measure_forced(
     viscosity, amplitude : Estimate
         eta(k) at the wave number of the force [pressure x time], and the amplitude V of the flow
         [length/time].
+    heating : float
+        Of a fluid with an energy: what the force would have raised its temperature by, over T, had
+        it not been taken out of all particles alike [1]; else 0.
 
     Notes
     -----
@@ -76,8 +80,8 @@ def measure_forced(
         sim = Simulation(
             driven, integrator="pair_splitting", dt=plan.dt, seed=seed, threads=threads
         )
-    if plan.equilibration:
-        sim.run(steps=plan.equilibration, progress=progress)
+    thermostat = Thermostat(sim, seed=seed)
+    thermostat.run(plan.equilibration, every=plan.forced_every, progress=progress)
     k = plan.forced_wave_number(scene)
     observer = _Amplitude(
         k,
@@ -85,7 +89,7 @@ def measure_forced(
         along=AXES.index(plan.force.along),
         every=plan.forced_every,
     )
-    sim.run(steps=plan.forced_steps, observe=observer, progress=progress)
+    thermostat.run(plan.forced_steps, every=plan.forced_every, observe=observer, progress=progress)
     values = np.asarray(observer.values)
     length = values.size // plan.blocks
     means = values[: plan.blocks * length].reshape(plan.blocks, length).mean(axis=1)
@@ -94,4 +98,5 @@ def measure_forced(
     kick = plan.force.amplitude * plan.dt
     rate = 2.0 / plan.dt * math.asinh(0.5 * kick / amplitude.value)
     viscosity = scene.fluid.density * rate / k**2
-    return Estimate(viscosity, viscosity * amplitude.relative, plan.blocks, span), amplitude
+    found = Estimate(viscosity, viscosity * amplitude.relative, plan.blocks, span)
+    return found, amplitude, thermostat.heating

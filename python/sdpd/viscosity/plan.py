@@ -116,9 +116,9 @@ def check_scene(scene: Scene) -> None:
     Raises
     ------
     ValueError
-        Without viscosity, without noise, or beyond the pairing limit.
+        Without viscosity, without noise, beyond the pairing limit, or with an energy that friction
+        does not feed.
     """
-    validation.isothermal("scene", scene)
     active = scene.active_effects
     if not active.dissipation or scene.fluid.shear_viscosity == 0.0:
         raise ValueError("`scene` must have a shear viscosity, got one without")
@@ -126,6 +126,11 @@ def check_scene(scene: Scene) -> None:
         raise ValueError(
             "`scene` must have thermal fluctuations, got one without: what it delivers is the "
             "lattice's, see sdpd.viscosity.measure_lattice"
+        )
+    if active.energy and not active.viscous_heating:
+        raise ValueError(
+            "`scene` must have viscous heating where its fluid has an energy, got none: the "
+            "temperature would not hold"
         )
     if scene.pairing[0] >= 1.0:
         raise ValueError(
@@ -148,7 +153,8 @@ def sample_scene(scene: Scene, *, particles: int | None = None) -> Scene:
     Returns
     -------
     Scene
-        From a relaxed random start, without walls and body force, with the sound speed of `scene`.
+        From a relaxed random start, without walls and body force, with the sound speed of `scene`,
+        and with an energy where `scene` has one.
     """
     most = MOST_PARTICLES[scene.dimension]
     number = None if particles is None else validation.integer("particles", particles, minimum=2)
@@ -169,7 +175,7 @@ def sample_scene(scene: Scene, *, particles: int | None = None) -> Scene:
             box=box,
             resolution=resolution,
             start=RandomStart(),
-            effects=replace(scene.effects, body_force=None),
+            effects=replace(scene.effects, body_force=None, energy=scene.active_effects.energy),
             body_force=None,
             walls=(),
             sound_speed=None if given else scene.sound.speed,

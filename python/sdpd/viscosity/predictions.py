@@ -11,17 +11,21 @@ __all__ = ["friction_theory", "viscosity_theory"]
 
 
 def friction_theory(scene: Scene) -> FrictionTheory:
-    """Friction as the scene uses it: divided by the lattice factor where it is calibrated."""
+    """Friction as the scene uses it: divided by the lattice factor where it is calibrated.
+
+    Of a fluid with an energy less the share of the fluctuating temperatures, kB/(2 C).
+    """
     active = scene.active_effects
+    kept = 1.0 - 0.5 / scene.heat_capacity_number if active.energy else 1.0
     return FrictionTheory(
         kernel=scene.resolution.kernel,
         dimension=scene.dimension,
         support=scene.support_radius,
         density=scene.fluid.density,
-        shear_viscosity=scene.fluid.shear_viscosity / scene.calibration,
+        shear_viscosity=kept * scene.fluid.shear_viscosity / scene.calibration,
         bulk_viscosity=0.0
         if active.central_friction
-        else active.effective_bulk_viscosity / scene.calibration,
+        else kept * active.effective_bulk_viscosity / scene.calibration,
         central=active.central_friction,
     )
 

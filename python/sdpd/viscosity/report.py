@@ -43,7 +43,19 @@ def _head(study: Study) -> str:
         f"(stress), to {plan.current_lag / tau:.3g} tau (currents)\n"
         f"force: {plan.forced_steps} steps; amplitude of the flow "
         f"{study.amplitude.value / sample.thermal_speed:.3f} v_th\n"
-        f"seed {study.seed}, {study.seconds:.0f} s"
+        f"{_heating(study)}seed {study.seed}, {study.seconds:.0f} s"
+    )
+
+
+def _heating(study: Study) -> str:
+    """What becomes of the work of the force, and what fluctuating temperatures cost."""
+    scene = study.sample
+    if not scene.active_effects.energy:
+        return ""
+    return (
+        f"energy: C = {scene.heat_capacity_number:.4g} kB, so that fluctuating temperatures take "
+        f"{0.5 / scene.heat_capacity_number:.2%} of the friction;\nthe force heats the fluid by "
+        f"{study.heating:.2%} of T in all, taken out of all particles alike\n"
     )
 
 

@@ -29,6 +29,7 @@ from sdpd.viscosity.results import (
     mean_of,
     measure_stress,
 )
+from sdpd.viscosity.thermostat import Thermostat
 from sdpd.viscosity.transverse import Shell, excess, shell_viscosities
 
 __all__ = ["LATTICE_ERROR", "Study", "run_viscosity"]
@@ -64,6 +65,9 @@ class Study:
         Verdict on each.
     seconds : float
         Wall time [s].
+    heating : float
+        Of a fluid with an energy: by how much the force would have warmed it, over T; it was taken
+        out [1].
     """
 
     scene: Scene
@@ -80,6 +84,7 @@ class Study:
     comparisons: tuple[Comparison, ...]
     agreed: tuple[bool, ...]
     seconds: float
+    heating: float = 0.0
 
     @property
     def asked(self) -> float:
@@ -211,7 +216,7 @@ def run_viscosity(
     )
     theory = viscosity_theory(sample, plan.dt)
     arrangement, shells, stress = _equilibrium(sample, plan, seed, threads, progress)
-    forced, amplitude = measure_forced(
+    forced, amplitude, heating = measure_forced(
         sample, plan, seed=seed + 1, threads=threads, progress=progress
     )
     factor = lattice[1].factor.value
@@ -232,6 +237,7 @@ def run_viscosity(
         comparisons=comparisons,
         agreed=judge(comparisons),
         seconds=time.perf_counter() - began,
+        heating=heating,
     )
 
 
@@ -245,8 +251,7 @@ def _equilibrium(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", TimeStepWarning)
         sim = Simulation(scene, integrator="pair_splitting", dt=plan.dt, seed=seed, threads=threads)
-    if plan.equilibration:
-        sim.run(steps=plan.equilibration, progress=progress)
+    Thermostat(sim, seed=seed).run(plan.equilibration, every=plan.current_every, progress=progress)
     currents = CurrentCorrelator(
         plan.wave_vectors,
         every=plan.current_every,
