@@ -26,6 +26,7 @@ TABLES = {
     "channel_noise": "| Couette | 0.10 s |",
     "cylinder": "Re = 0.05 |",
     "energy": "| $C/k_B$ |",
+    "entropy": "| isolated, shaken | 0.25 |",
     "nitrogen": "| case | $N_i$ |",
     "nitrogen_time_step": "| dt / default |",
     "image_forces": "| plate | distance / h |",

@@ -28,6 +28,7 @@ WALLED = {
     "containment",
     "couette",
     "cylinder",
+    "entropy",
     "poiseuille",
     "thermal_couette",
     "wall_equilibrium",
@@ -36,7 +37,7 @@ WALLED = {
 }
 WALLS = ("sweep/wall", "wall/")
 # Likewise for fluids with an energy.
-THERMAL = {"thermal_couette", "thermal_equilibrium"}
+THERMAL = {"entropy", "thermal_couette", "thermal_equilibrium"}
 ENERGY = (
     "eos/caloric/",
     "integrator/thermal",
