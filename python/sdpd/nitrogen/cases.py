@@ -36,9 +36,10 @@ class Case:
         Published [K^2], [kg^2/m^6], [Pa^2], [m^2/s^2].
     diffusion, viscosity : float
         Published [m^2/s], [Pa s].
-    analytical : tuple of float
-        "Analytical" variances of T, rho, P and V in the same units: those of the whole box at a
-        number density of 3e25 per m^3.
+    box_temperature_variance, box_density_variance : float
+    box_pressure_variance, box_velocity_variance : float
+        Published as "analytical", in the same units: variances of the whole box, at a number
+        density of 3e25 per m^3.
     """
 
     number: int
@@ -55,7 +56,10 @@ class Case:
     velocity_variance: float
     diffusion: float
     viscosity: float
-    analytical: tuple[float, float, float, float]
+    box_temperature_variance: float
+    box_density_variance: float
+    box_pressure_variance: float
+    box_velocity_variance: float
 
 
 # case, L, dx, h; rho, T, P, c_rms; variances of T, rho, P, V
@@ -111,13 +115,8 @@ def _table(text: str) -> dict[int, list[float]]:
     return {int(number): [float(value) for value in rest] for number, *rest in rows}
 
 
-def _case(number: int, row: list[float], more: list[float]) -> Case:
-    diffusion, viscosity, t, rho, p, v = more
-    return Case(number, *row, diffusion, viscosity, (t, rho, p, v))  # type: ignore[arg-type]
-
-
 _FOUND = _table(_MORE)
-CASES: dict[int, Case] = {n: _case(n, row, _FOUND[n]) for n, row in _table(_ROWS).items()}
+CASES: dict[int, Case] = {n: Case(n, *row, *_FOUND[n]) for n, row in _table(_ROWS).items()}
 
 
 def scene_of(case: Case, *, kernel: str, heat_capacity: float, particles: int | None) -> Scene:

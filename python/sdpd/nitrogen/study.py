@@ -85,8 +85,8 @@ class Study:
                 f"{transport.lattice_conductivity:.4g} W/(m K)"
             )
         lines.append(
-            f"{self.seconds:.0f} s; energy held to {books:.0e}; what is exact was {'' if self.passed else 'NOT '}met "
-            f"(|t| < {LARGEST_T:g}, errors below {LARGEST_ERROR:.1%}, of D short {SHORT_ERROR:.0%})"
+            f"{self.seconds:.0f} s; energy held to {books:.0e}; what is exact was "
+            f"{'' if self.passed else 'NOT '}met (|t| < {LARGEST_T:g}, errors below {LARGEST_ERROR:.1%}, of D short {SHORT_ERROR:.0%})"
         )
         return "\n".join(lines)
 
