@@ -84,10 +84,12 @@ class Study:
                 f"{transport.lattice_viscosity:.4g} Pa s, kappa = "
                 f"{transport.lattice_conductivity:.4g} W/(m K)"
             )
-        lines.append(
-            f"{self.seconds:.0f} s; energy held to {books:.0e}; what is exact was "
-            f"{'' if self.passed else 'NOT '}met (|t| < {LARGEST_T:g}, errors below {LARGEST_ERROR:.1%}, of D short {SHORT_ERROR:.0%})"
+        met = "met" if self.passed else "NOT met"
+        limits = (
+            f"|t| < {LARGEST_T:g}, errors below {LARGEST_ERROR:.1%}, of D short {SHORT_ERROR:.0%}"
         )
+        lines.append(f"energy held to {books:.0e}; what is exact was {met} ({limits})")
+        lines.append(f"{self.seconds:.0f} s")
         return "\n".join(lines)
 
 
