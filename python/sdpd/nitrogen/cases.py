@@ -10,6 +10,7 @@ from sdpd import fluids
 from sdpd.box import Box
 from sdpd.effects import Effects
 from sdpd.errors import SdpdWarning
+from sdpd.initial import LatticeStart, Start
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
 
@@ -119,8 +120,18 @@ _FOUND = _table(_MORE)
 CASES: dict[int, Case] = {n: Case(n, *row, *_FOUND[n]) for n, row in _table(_ROWS).items()}
 
 
-def scene_of(case: Case, *, kernel: str, heat_capacity: float, particles: int | None) -> Scene:
-    """The gas of a case in a periodic cube of the size that is asked for, at its spacing."""
+def scene_of(
+    case: Case,
+    *,
+    kernel: str,
+    heat_capacity: float,
+    particles: int | None,
+    start: Start | None = None,
+) -> Scene:
+    """The gas of a case in a periodic cube of the size that is asked for, at its spacing.
+
+    It starts from a lattice if `start` is None.
+    """
     ratio = case.support / case.spacing
     least = math.ceil(2.0 * ratio + 1e-9)
     side = max(8, least) if particles is None else max(round(particles ** (1.0 / 3.0)), least)
@@ -137,5 +148,6 @@ def scene_of(case: Case, *, kernel: str, heat_capacity: float, particles: int | 
             fluid=fluid,
             box=Box((side * case.spacing,) * 3),
             resolution=Resolution(particles=side**3, support=ratio, kernel=kernel),
+            start=LatticeStart() if start is None else start,
             effects=Effects(energy=True),
         )

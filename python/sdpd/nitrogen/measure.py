@@ -303,18 +303,18 @@ def _estimate(series: Array) -> Estimate:
 
 def _expected_density(scene: Scene) -> float:
     """Mean over particles in the random-phase approximation; nan beyond the pairing limit."""
-    theory = DensityTheory(
-        kernel=scene.resolution.kernel,
-        dimension=scene.dimension,
-        support=scene.support_radius,
-        number_density=scene.n_particles / scene.box.volume,
-        stiffness=scene.stiffness,
-        compressibility_factor=scene.pressure_number,
-    )
     try:
-        return scene.fluid.density * (1.0 + theory.bias())
+        theory = DensityTheory(
+            kernel=scene.resolution.kernel,
+            dimension=scene.dimension,
+            support=scene.support_radius,
+            number_density=scene.n_particles / scene.box.volume,
+            stiffness=scene.stiffness,
+            compressibility_factor=scene.pressure_number,
+        )
     except ValueError:
         return math.nan
+    return scene.fluid.density * (1.0 + theory.bias())
 
 
 def _paired(scene: Scene, positions: Array) -> float:
