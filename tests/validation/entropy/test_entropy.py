@@ -23,7 +23,8 @@ def test_entropy_never_falls(name: str) -> None:
     found = script.follow(getattr(script, name)(), 0.25, script.STEPS, books=True)
     # what is produced is always far above rounding: it is driven all the time
     assert found.falls == 0 and found.least > 1e-4
-    assert found.energy < 1e-13
+    # what a million steps of heat and work through the walls leave of sixteen digits
+    assert found.energy < (1e-13 if name == "isolated" else 1e-11)
     _record(f"{name}, books kept", found)
 
 
