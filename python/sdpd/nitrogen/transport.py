@@ -108,10 +108,10 @@ class Recorder:
         self.stress: StressCorrelator = StressCorrelator(
             every=every, points=64, levels=2, parts=True
         )
-        levels = 1 + max(0, math.ceil(math.log2(steps / BLOCKS / 31.0)))
+        levels = 1 + max(0, math.ceil(math.log2(steps / BLOCKS / 31.0)))  # to the end of a block
         self.motion: Correlator = Correlator(every=1, points=32, levels=levels)
-        none = np.array([[1, 0, 0]])
-        self._arrangement = Arrangement(self._isothermal, wave_vectors=none, dt=dt, every=1)
+        longest_wave = np.array([[1, 0, 0]])
+        self._arrangement = Arrangement(self._isothermal, wave_vectors=longest_wave, dt=dt, every=1)
         self._long = 0.4 * steps * dt / BLOCKS, 0.9 * steps * dt / BLOCKS
 
     def look(self, sim: Simulation) -> None:
