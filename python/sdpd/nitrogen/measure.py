@@ -26,8 +26,8 @@ __all__ = ["LARGEST_ERROR", "LARGEST_T", "Measured", "Plan", "Row", "measure"]
 Array = NDArray[np.float64]
 
 BLOCKS = 32
-# In standard errors, with 31 degrees of freedom: p = 4e-4, and 0.03 that any of the judged rows, seven
-# in each of the twelve cases whose particles move, is beyond it (Bonferroni).
+# In standard errors, with 31 degrees of freedom: p = 4e-4, and 0.03 that any of the judged rows,
+# seven in each of the twelve cases whose particles move, is beyond it (Bonferroni).
 LARGEST_T = 4.0
 LARGEST_ERROR = 0.007  # relative, of what is judged
 SHORT_ERROR = 0.03  # likewise of the short-time self-diffusion
