@@ -171,10 +171,11 @@ def _nitrogen(options: argparse.Namespace) -> int:
     from sdpd import nitrogen
 
     study = nitrogen.run_nitrogen(
-        options.cases,
+        sorted(nitrogen.CASES) if options.all else options.cases,
         kernel=options.kernel,
         heat_capacity=options.heat_capacity,
         particles=options.particles,
+        transport=not options.no_transport,
         quick=options.quick,
         seed=options.seed,
         threads=options.threads,
@@ -535,7 +536,12 @@ def _nitrogen_options(commands: Any) -> None:
     command = commands.add_parser("nitrogen", help=text, description=text)
     command.set_defaults(run=_nitrogen)
     add = command.add_argument
-    add("--cases", type=_numbers, metavar="N,N", help="of 1 to 20 (default 1,5,9,13,17)")
+    chosen = command.add_mutually_exclusive_group()
+    chosen.add_argument(
+        "--cases", type=_numbers, metavar="N,N", help="of 1 to 20 (default 1,5,9,13,17)"
+    )
+    chosen.add_argument("--all", action="store_true", help="all twenty")
+    add("--no-transport", action="store_true", help="no self-diffusion, viscosity, conductivity")
     add("--kernel", default="wendland_c2", help="lucy as published (pairs from case 5 on)")
     add("--heat-capacity", type=float, default=2.5, help="C/(N k_B), 1.5 as published")
     add("--particles", type=int, help="3375 as published (default 512 or more)")

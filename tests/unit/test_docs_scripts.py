@@ -29,6 +29,7 @@ TABLES = {
     "energy": "| $C/k_B$ |",
     "thermal_integrators": "| Verlet without books |",
     "energy_waves": "| $(c_S/c)^2$ |",
+    "entropy": "| isolated, shaken | 0.25 |",
     "nitrogen": "| case | $N_i$ |",
     "nitrogen_time_step": "| dt / default |",
     "image_forces": "| plate | distance / h |",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import math
 
 import pytest
@@ -25,8 +26,12 @@ def test_the_cases_are_those_of_the_tables() -> None:
         assert 3375 * case.velocity_variance == pytest.approx(speed**2, rel=0.1)
 
 
-def test_a_case_meets_what_is_exact() -> None:
-    study = nitrogen.run_nitrogen([1], quick=True, threads=1)
+@pytest.fixture(scope="module")
+def study() -> nitrogen.Study:
+    return nitrogen.run_nitrogen([1], quick=True, threads=1)
+
+
+def test_a_case_meets_what_is_exact(study: nitrogen.Study) -> None:
     assert study.passed
     found = study.cases[0]
     assert abs(found.energy_change) < 1e-12
@@ -41,17 +46,72 @@ def test_a_case_meets_what_is_exact() -> None:
     # the random-phase estimate is 15 % off at this support
     assert rows["Var rho"].measured.value == pytest.approx(rows["Var rho"].expected, rel=0.25)
     assert not rows["Var rho"].judged
-    assert "gamma = 1.400" in str(study)
+    # pressure and density of a gas: R T apart, and thermal speeds of k_B T/m
+    assert rows["P"].judged and rows["P"].measured.relative < 1e-4
+    assert rows["P"].expected == pytest.approx(296.8 * 300.0 * rows["rho"].measured.value, rel=1e-3)
+    assert rows["c_rms"].measured.value ** 2 == pytest.approx(
+        rows["Var V"].measured.value, rel=1e-3
+    )
+    assert rows["rho"].measured.value == pytest.approx(rows["rho"].expected, rel=0.015)
+    assert "gamma = 1.400" in str(study) and "D long of lags" in str(study)
+
+
+def test_transport_of_a_case(study: nitrogen.Study) -> None:
+    found = study.cases[0]
+    rows = {row.name: row for row in found.rows}
+    transport = found.transport
+    assert transport is not None
+    # slope of the VACF against the friction on the particles, which is exact
+    assert transport.short.relative < 0.03 and transport.exact.relative < 1e-3
+    assert abs(transport.short.z(transport.exact)) < 4.0
+    # 3D, zeta = 0: k_BT/m over the friction of the lattice; a fluid of these particles is rougher
+    scene = found.scene
+    lattice = scene.self_diffusion_continuum / scene.factors.friction
+    assert transport.exact.value == pytest.approx(lattice, rel=0.02)
+    # cages: less than at short times, but not by half at these lags
+    assert 0.5 < transport.long.value / transport.exact.value < 1.0
+    assert transport.long.relative < 0.05
+    assert rows["eta"].measured.relative < 0.08
+    assert rows["eta"].measured.value == pytest.approx(transport.expected_viscosity, rel=0.25)
+    # the asked ones, less what few neighbours and the time step cost
+    assert transport.lattice_viscosity == pytest.approx(0.917 * 1.79e-5, rel=0.01)
+    assert found.conducts
+    assert transport.lattice_conductivity / transport.expected_conductivity < 1.0
+    slab = transport.conductivity
+    assert slab is not None and slab.relative < 0.08
+    assert abs(slab.z(rows["kappa"].expected)) < 4.0
+
+
+def test_figures_of_transport(study: nitrogen.Study, tmp_path) -> None:
+    pytest.importorskip("matplotlib")
+    assert nitrogen.write_figure(study, tmp_path).exists()
+    bare = nitrogen.Study((dataclasses.replace(study.cases[0], transport=None),), 0.0)
+    with pytest.raises(ValueError, match="`study` must have transport coefficients"):
+        nitrogen.plot_transport(bare)
+
+
+def test_particles_that_pair_are_told() -> None:
+    """Case 6 with the published kernel: m c^2/kT = 1258 where 287 is the limit."""
+    case = nitrogen.CASES[6]
+    start = sdpd.RandomStart(relax_steps=20)
+    scene = nitrogen.scene_of(case, kernel="lucy", heat_capacity=2.5, particles=216, start=start)
+    plan = nitrogen.Plan(equilibration=400, steps=5, stretches=0)
+    found = nitrogen.measure(case, scene, plan, seed=1, threads=1)
+    assert found.paired > 0.1 and found.transport is None
+    rows = {row.name: row for row in found.rows}
+    assert math.isnan(rows["rho"].expected) and math.isnan(rows["Var rho"].expected)
+    assert "pairs closer than half a spacing" in str(nitrogen.Study((found,), 0.0))
 
 
 def test_files_and_figure(tmp_path, capsys) -> None:
     pytest.importorskip("matplotlib")
     options = ["--cases", "5", "--quick", "--heat-capacity", "1.5", "--particles", "216"]
+    options.append("--no-transport")
     assert main(["nitrogen", *options, "-o", str(tmp_path)]) in (0, 1)  # too few to judge by
     assert "energy held to" in capsys.readouterr().out
     with (tmp_path / "nitrogen.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 8 and {row["case"] for row in rows} == {"5"}
+    assert len(rows) == 9 and {row["case"] for row in rows} == {"5"}
     variance = next(row for row in rows if row["quantity"] == "Var T")
     # with its heat capacity the dissertation's variance of T comes out
     assert float(variance["measured"]) == pytest.approx(float(variance["published"]), rel=0.04)

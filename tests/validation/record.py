@@ -29,6 +29,7 @@ WALLED = {
     "containment",
     "couette",
     "cylinder",
+    "entropy",
     "poiseuille",
     "thermal_couette",
     "wall_equilibrium",
@@ -37,7 +38,13 @@ WALLED = {
 }
 WALLS = ("sweep/wall", "wall/")
 # Likewise for fluids with an energy.
-THERMAL = {"conductivity", "energy_waves", "thermal_couette", "thermal_equilibrium"}
+THERMAL = {
+    "conductivity",
+    "energy_waves",
+    "entropy",
+    "thermal_couette",
+    "thermal_equilibrium",
+}
 ENERGY = (
     "eos/caloric/",
     "integrator/thermal",

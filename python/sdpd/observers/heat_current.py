@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import validation
+from sdpd.integrators import PairSplitting
 
 from .base import Array, LoopObserver
 from .lagged import BLOCKS, LaggedObserver

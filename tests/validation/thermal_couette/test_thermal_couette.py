@@ -11,17 +11,16 @@ CASE = "thermal_couette"
 
 def test_profiles_stress_and_heat() -> None:
     script = channel.script("thermal_couette")
-    found = {
-        name: script.measure(*arguments, script.BINS, 1200, 400)
-        for name, arguments in script.CASES.items()
-    }
-    published, heated = found["published"], found["heated"]
-    assert published.exact.stress == pytest.approx(5.557, abs=5e-4)
-    assert max(published.errors) < 0.01
-    assert max(heated.errors) < 0.025
-    for case in found.values():
+    found = {name: script.run(flow) for name, flow in script.CASES.items()}
+    assert found["published"].exact.stress == pytest.approx(5.557, abs=5e-4)
+    assert script.CASES["heated"].brinkman > 30.0
+    assert script.CASES["Re = 198"].reynolds == pytest.approx(198.0, rel=0.01)
+    for name, case in found.items():
+        power = case.exact.stress * script.CASES[name].speed
+        assert max(case.errors) < 0.01, name
         assert case.stress == pytest.approx(case.exact.stress, rel=0.02)
-        assert case.heat == pytest.approx(case.exact.heat, rel=0.02)
+        # one of the two may all but vanish where conduction and friction balance
+        assert case.heat == pytest.approx(case.exact.heat, rel=0.02, abs=0.005 * power)
         assert abs(case.balance) < 1e-12
     record.store(
         CASE,

@@ -1,0 +1,192 @@
+"""Figures of nitrogen: variances case by case, and transport against the size of particles."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, VERMILION, figure_or_new, save
+
+if TYPE_CHECKING:
+    from sdpd.nitrogen.measure import Measured, Row
+    from sdpd.nitrogen.study import Study
+
+__all__ = ["plot", "plot_transport", "write_figure"]
+
+_SIZE = (9.0, 3.6)  # inch
+_WIDE = (10.8, 3.8)
+_MARKERS = "os^D"  # by rank of the support
+_COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
+
+
+def plot(study: Study, figure: Any = None) -> Any:
+    """Draw measured and published variances over the expected ones, case by case.
+
+    Parameters
+    ----------
+    study : Study
+    figure : matplotlib Figure, optional
+        Drawn into; a new one of pyplot if None.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    figure = figure_or_new(figure, _SIZE)
+    axes = figure.subplots(1, 2)
+    numbers = [found.case.number for found in study.cases]
+    panels = (("Var T", "Var V"), ("Var rho", "Var P"))
+    for axis, names in zip(axes, panels, strict=True):
+        for name, colour, other in zip(names, (BLUE, GREEN), (VERMILION, ORANGE), strict=True):
+            rows = [row for found in study.cases for row in found.rows if row.name == name]
+            ratio = [row.measured.value / row.expected for row in rows]
+            error = [row.measured.stderr / row.expected for row in rows]
+            axis.errorbar(numbers, ratio, error, fmt="o", ms=4, color=colour, label=name)
+            theirs = [(row.published or math.nan) / row.expected for row in rows]
+            axis.plot(numbers, theirs, "x", color=other, label=f"{name}, Yang (2013)")
+        axis.axhline(1.0, color="0.5", linewidth=0.8)
+        axis.set(xlabel="case", ylabel="variance over the expected one [1]")
+        axis.set_yscale("log")
+        axis.set_xticks(numbers)
+        axis.grid(color="0.9", linewidth=0.7)
+        axis.set_axisbelow(True)
+        axis.legend(fontsize=8)
+    return figure
+
+
+def plot_transport(study: Study, figure: Any = None) -> Any:
+    """Draw D, eta and kappa against molecules a particle, one mark for each rank of the support.
+
+    Parameters
+    ----------
+    study : Study
+        With transport coefficients.
+    figure : matplotlib Figure, optional
+        Drawn into; a new one of pyplot if None.
+
+    Returns
+    -------
+    matplotlib Figure
+
+    Raises
+    ------
+    ValueError
+        If the study has no transport coefficients.
+    """
+    cases = [found for found in study.cases if found.transport is not None]
+    if not cases:
+        raise ValueError("`study` must have transport coefficients, got one without")
+    figure = figure_or_new(figure, _WIDE)
+    diffusion, viscosity, conductivity = figure.subplots(1, 3)
+    for found in cases:
+        _draw_diffusion(diffusion, found)
+        _draw_viscosity(viscosity, found)
+        _draw_conductivity(conductivity, found)
+    _lines(diffusion, cases)
+    fluid = cases[0].scene.fluid
+    viscosity.axhline(fluid.shear_viscosity, color="0.3", linewidth=0.8)
+    conductivity.axhline(fluid.thermal_conductivity or math.nan, color="0.3", linewidth=0.8)
+    diffusion.set_yscale("log")
+    labels = ("D [m²/s]", "η [Pa s]", "κ [W/(m K)]")
+    for axis, label in zip((diffusion, viscosity, conductivity), labels, strict=True):
+        axis.set(xlabel="molecules a particle [1]", ylabel=label)
+        axis.set_xscale("log")
+        axis.grid(color="0.9", linewidth=0.7)
+        axis.set_axisbelow(True)
+    diffusion.legend(handles=_legend(), fontsize=7, loc="lower left")
+    return figure
+
+
+def _rank(found: Measured) -> int:
+    """0 to 3, from the finest support of a size."""
+    return (found.case.number - 1) % 4
+
+
+def _place(found: Measured) -> float:
+    """Molecules a particle, supports side by side."""
+    return found.scene.stiffness * float(1.18 ** (_rank(found) - 1.5))
+
+
+def _row(found: Measured, name: str) -> Row:
+    return next(row for row in found.rows if row.name == name)
+
+
+def _point(axis: Any, found: Measured, name: str, *, filled: bool) -> None:
+    row, rank = _row(found, name), _rank(found)
+    colour = _COLOURS[rank]
+    face = colour if filled else "white"
+    x = _place(found)
+    value, error = row.measured.value, row.measured.stderr
+    axis.errorbar(x, value, error, fmt=_MARKERS[rank], ms=4.5, color=colour, mfc=face)
+    if row.published is not None:
+        axis.plot(x, row.published, "x", ms=4, color="0.4")
+    if row.expected == row.expected:
+        axis.plot(x, row.expected, "_", ms=11, color=colour)
+
+
+def _draw_diffusion(axis: Any, found: Measured) -> None:
+    _point(axis, found, "D short", filled=False)
+    if _row(found, "D long").measured.value > 0.0:
+        _point(axis, found, "D long", filled=True)
+
+
+def _draw_viscosity(axis: Any, found: Measured) -> None:
+    if found.moves:
+        _point(axis, found, "eta", filled=True)
+    else:
+        axis.plot(_place(found), _row(found, "eta").published, "x", ms=4, color="0.4")
+    assert found.transport is not None
+    value = found.transport.lattice_viscosity
+    axis.plot(_place(found), value, _MARKERS[_rank(found)], ms=4.5, color="0.6", mfc="white")
+
+
+def _draw_conductivity(axis: Any, found: Measured) -> None:
+    assert found.transport is not None
+    if found.transport.conductivity is not None:
+        _point(axis, found, "kappa", filled=True)
+    value = found.transport.lattice_conductivity
+    axis.plot(_place(found), value, _MARKERS[_rank(found)], ms=4.5, color="0.6", mfc="white")
+
+
+def _lines(axis: Any, cases: list[Measured]) -> None:
+    """K h^2 rho k_B T/(m eta) for each rank of the support, and D of molecules."""
+    for rank in range(4):
+        chosen = sorted((x for x in cases if _rank(x) == rank), key=lambda x: x.scene.stiffness)
+        if len(chosen) > 1:
+            x = [each.scene.stiffness for each in chosen]
+            y = [each.scene.self_diffusion_continuum for each in chosen]
+            axis.plot(x, y, "-", linewidth=0.8, color=_COLOURS[rank])
+    sizes = np.array([found.scene.stiffness for found in cases])
+    axis.set_xlim(0.5 * sizes.min(), 2.0 * sizes.max())
+
+
+def _legend() -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], marker=m, ms=4.5, color=c, linewidth=0.8, label=f"h/Δx = {name}")
+        for m, c, name in zip(_MARKERS, _COLOURS, ("2.3", "2.9", "3.5", "4.4"), strict=True)
+    ]
+    handles.append(
+        Line2D([], [], marker="o", ms=4.5, mfc="white", color="0.3", ls="", label="short times")
+    )
+    handles.append(Line2D([], [], marker="_", ms=11, color="0.3", ls="", label="expected"))
+    handles.append(Line2D([], [], marker="x", ms=4, color="0.4", ls="", label="Yang (2013)"))
+    return handles
+
+
+def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
+    """Write nitrogen.png, variances and where measured transport; the folder is made if need be."""
+    if all(found.transport is None for found in study.cases):
+        return save(lambda figure: plot(study, figure), folder, "nitrogen", size=_SIZE)
+
+    def both(figure: Any) -> None:
+        upper, lower = figure.subfigures(2, 1)
+        plot(study, upper)
+        plot_transport(study, lower)
+
+    return save(both, folder, "nitrogen", size=(_WIDE[0], _SIZE[1] + _WIDE[1]))
