@@ -49,8 +49,8 @@ def _check_energy(name: str, sim: Simulation) -> None:
     integrator = sim.integrator
     if not isinstance(integrator, PairSplitting) or integrator.metropolis:
         raise ValueError(
-            f"`observe` must not hold a {name} with {integrator!r}: it is made for the exchanges of "
-            "sdpd.PairSplitting() without acceptance"
+            f"`observe` must not hold a {name} with {integrator!r}: it is made for "
+            "the exchanges of sdpd.PairSplitting() without acceptance"
         )
     if not integrator.energy_bookkeeping:
         raise ValueError(
