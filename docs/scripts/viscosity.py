@@ -113,7 +113,9 @@ def shear_thinning(quick: bool) -> list[tuple[float, float, float, float]]:
         force = replace(plan.force, amplitude=speed * plan.force.amplitude)
         share = min(1.0, max(0.15, (2.0 / speed) ** 2))  # strong flows need less time
         short = replace(plan, force=force, forced_steps=max(256, int(share * plan.forced_steps)))
-        eta, amplitude, _ = viscosity.measure_forced(scene, short, seed=5, threads=1, progress=False)
+        eta, amplitude, _ = viscosity.measure_forced(
+            scene, short, seed=5, threads=1, progress=False
+        )
         flow = amplitude.value / scene.thermal_speed
         found.append((flow, k * amplitude.value * time, eta.value / THICK, eta.stderr / THICK))
     return found
