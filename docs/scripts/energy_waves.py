@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -53,14 +54,17 @@ class Case:
         )
 
 
+SIZE = {False: (12, 80), True: (8, 4)}  # particles along an edge, runs; by quick
 CASES = (
     Case("gas like nitrogen", 1.4, 0.72, 250.0, True),
     Case("liquid like water", 1.05, 7.0, 50.0, False),
 )
 
 
-def study(case: Case, *, energy: bool, edge: int = 16, runs: int = 48) -> correlations.Study:
+@cache
+def study(case: Case, *, energy: bool, quick: bool = False) -> correlations.Study:
     """The longest wave of the box."""
+    edge, runs = SIZE[quick]
     return correlations.run_correlations(
         case.scene(edge, energy=energy),
         waves=(1,),
@@ -117,10 +121,10 @@ def numbers(warm: correlations.Study, cold: correlations.Study) -> Found:
 
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("energy_waves", __doc__, argv)
-    edge, runs = (8, 4) if report.quick else (16, 48)
+    edge, runs = SIZE[report.quick]
     tables = []
     for case in CASES:
-        warm, cold = (study(case, energy=e, edge=edge, runs=runs) for e in (True, False))
+        warm, cold = (study(case, energy=e, quick=report.quick) for e in (True, False))
         found = numbers(warm, cold)
         cells = [
             [name, shown(value, error), f"{theory:.3f}", f"{(value - theory) / error:+.1f}"]

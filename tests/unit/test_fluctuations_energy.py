@@ -29,7 +29,7 @@ def small(of: sdpd.Fluid | None = None, edge: float = 10.0, **changes: Any) -> s
 
 @pytest.fixture(scope="module")
 def study() -> fluctuations.Study:
-    plan = Plan(dt=0.025, equilibration=600, samples=40, every=2)
+    plan = Plan(dt=0.025, equilibration=500, samples=30, every=2)
     return run_fluctuations(small(), seed=3, plan=plan, progress=False, threads=1)
 
 
@@ -56,7 +56,7 @@ def test_the_run_would_see_a_fault(study: fluctuations.Study) -> None:
     """A bath's variance, isothermal pressure and C_v for C_p are all told from what is measured."""
     found = {(item.group, item.name): item for item in study.items}
     variance = found["temperature of particles", "variance over T^2 kB/C, shell"]
-    assert variance.estimate.stderr < 0.006
+    assert variance.estimate.stderr < 0.008
     shell = EnergyShell(particles=100, dimension=2, heat_capacity=20.0)
     assert variance.prediction == pytest.approx(20.0 * shell.variance)
     assert variance.estimate.value < 1.0  # next to a bath

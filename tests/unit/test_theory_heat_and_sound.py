@@ -187,7 +187,7 @@ def test_bad_arguments_are_named():
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_shell_against_drawn_energies(dimension):
     """Energies drawn as gamma variates next to a bath and rescaled to a constant sum."""
-    count, k, draws = 6, 5.0, 150_000
+    count, k, draws = 6, 5.0, 100_000
     shell = EnergyShell(particles=count, dimension=dimension, heat_capacity=k)
     random = np.random.default_rng(7)
     heat = random.gamma(k, size=(draws, count))
@@ -204,7 +204,7 @@ def test_shell_against_drawn_energies(dimension):
     for values, exact in checks:
         error = values.std() / math.sqrt(draws)
         assert abs(values.mean() - exact) < 4.0 * error
-        assert error < 0.02 * shell.variance or exact > 0.9
+        assert error < 0.025 * shell.variance or exact > 0.9
     log = np.log(t)
     assert log[:, 0].var() == pytest.approx(shell.logarithmic_variance, rel=0.02)
     covariance = np.cov(log[:, 0], log[:, 1])[0, 1]

@@ -5,6 +5,8 @@ The command is ``sdpd correlations SCENE.toml``.
 
 from __future__ import annotations
 
+from sdpd.correlations.energy_fits import EnergyWave
+from sdpd.correlations.energy_wave import EnergyWavePrediction
 from sdpd.correlations.figures import plot, plot_function, write_figure
 from sdpd.correlations.files import function_rows, rows, write
 from sdpd.correlations.fits import Wave
@@ -18,6 +20,8 @@ from sdpd.correlations.wave import WavePrediction
 
 __all__ = [
     "FUNCTIONS",
+    "EnergyWave",
+    "EnergyWavePrediction",
     "Plan",
     "Shell",
     "Study",

