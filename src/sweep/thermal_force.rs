@@ -155,11 +155,11 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
             let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
             let u = [lanes.u[0][k], lanes.u[1][k], lanes.u[2][k]];
             let g = slope * (weight * weight);
-            let [now, start, inverse_capacity] = lanes.state.map(|[i, j]| [i[k], j[k]]);
+            let both = |part: &[[f64; CHUNK]; 2]| [part[0][k], part[1][k]];
             let state = PairState {
-                now,
-                start,
-                inverse_capacity,
+                now: both(&lanes.state[0]),
+                start: both(&lanes.state[1]),
+                inverse_capacity: both(&lanes.state[2]),
             };
             let push = lanes.pressure[k] * slope;
             let mut force = r.map(|x| push * x);
@@ -206,7 +206,8 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
                     sum[a] += f;
                     target[a] -= f;
                 }
-                let [both, across, approach] = lanes.heat.map(|heat| heat[k]);
+                let (both, across) = (lanes.heat[0][k], lanes.heat[1][k]);
+                let approach = lanes.heat[2][k];
                 sum[3] += both + across;
                 target[3] += both - across;
                 work += approach;

@@ -184,6 +184,27 @@ def test_velocity_verlet_keeps_its_books_or_not(noise: str) -> None:
         assert (sim.energy_accounts().discarded != 0.0) == books
 
 
+def test_bounds_of_velocity_verlet_with_energies() -> None:
+    made = scene(fluid(thermal_conductivity=5000.0))
+    found = {bound.name: bound for bound in sdpd.timestep.bounds(made, "velocity_verlet")}
+    part = math.sqrt(0.005 / 0.4)
+    assert found["conduction"].value == pytest.approx(part * made.conduction_time)
+    assert found["temperature accuracy"].value == pytest.approx(part * made.friction_time)
+    assert found["conduction stability"].value == pytest.approx(0.7 * made.conduction_time)
+    assert "friction" not in found
+    quiet = scene(effects=sdpd.Effects(energy=True, fluctuations=False))
+    names = {bound.name for bound in sdpd.timestep.bounds(quiet, "velocity_verlet")}
+    assert {"conduction stability", "viscous stability"} < names
+    assert not names & {"conduction", "temperature accuracy"}
+    with pytest.warns(
+        sdpd.TimeStepWarning, match=r"exceeds conduction stability .* 0.7 tau_q: heat"
+    ):
+        sdpd.Simulation(made, integrator="velocity_verlet", dt=0.8 * made.conduction_time)
+    errors = sdpd.timestep.expected_errors(made, 0.1 * made.friction_time, "velocity_verlet")
+    assert errors.temperature == pytest.approx(-0.004)
+    assert "velocity Verlet" in str(made.cost("velocity_verlet"))
+
+
 def test_conduction_bounds_the_step() -> None:
     made = scene(fluid(thermal_conductivity=5000.0))
     sim = sdpd.Simulation(made)
