@@ -18,6 +18,14 @@ CASES = {
     "liquid in two dimensions": (2, "liquid", 50.0, 1.0, 20.0),
 }
 EDGE = {2: 16.0, 3: 8.0}
+# How long, over the default: where motion carries much, the flux is noisy.
+LENGTH = {
+    "liquid, conduction rules": 1.0,
+    "liquid, friction matters": 0.5,
+    "liquid, thin": 1.0,
+    "gas": 0.6,
+    "liquid in two dimensions": 0.4,
+}
 
 
 def scene(
@@ -45,10 +53,10 @@ def scene(
     )
 
 
-def study(name: str, time_factor: float) -> conductivity.Study:
+def study(name: str, share: float = 1.0) -> conductivity.Study:
     """All ways for one case."""
     return conductivity.run_conductivity(
-        scene(*CASES[name]), seed=1, time_factor=time_factor, threads=1, progress=False
+        scene(*CASES[name]), seed=1, time_factor=share * LENGTH[name], threads=1, progress=False
     )
 
 
@@ -76,7 +84,7 @@ def row(name: str, found: conductivity.Study) -> list[str]:
 
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("conductivity", __doc__, argv)
-    names = [*CASES][1:2] if report.quick else [*CASES]
+    names = [*CASES][-1:] if report.quick else [*CASES]
     studies = {name: study(name, 0.01 if report.quick else 1.0) for name in names}
     header = [
         "fluid",
@@ -101,7 +109,7 @@ def main(argv: Sequence[str] | None = None) -> None:
 
     plt.close("all")
     figure = plt.figure(figsize=(10.0, 4.2), layout="constrained")
-    conductivity.plot(studies["liquid, friction matters"], figure)
+    conductivity.plot(studies[names[0] if report.quick else "liquid, friction matters"], figure)
     report.figure(figure)
 
 

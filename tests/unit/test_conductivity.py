@@ -62,9 +62,9 @@ def test_bad_arguments_are_named() -> None:
 
 @pytest.fixture(scope="module")
 def study() -> conductivity.Study:
-    made = scene(fluid(50.0, thermal_conductivity=100.0), edge=6.0)
+    made = scene(fluid(50.0, thermal_conductivity=100.0, dimension=2), box=sdpd.Box((12.0, 12.0)))
     return conductivity.run_conductivity(
-        made, seed=2, quick=True, time_factor=0.15, threads=1, progress=False
+        made, seed=2, quick=True, time_factor=0.1, threads=1, progress=False
     )
 
 
@@ -72,10 +72,10 @@ def test_parts_of_the_conductivity_are_those_of_mean_field(study: conductivity.S
     found, expected = study.equilibrium, study.prediction
     assert found.asked == study.asked == 100.0
     assert found.temperature.value == pytest.approx(1.0, abs=0.02)
-    assert expected.friction == pytest.approx(5.0 / 3.0 * 20.0, rel=0.01)  # (5/3) eta kB/m
+    assert expected.friction == pytest.approx(20.0, rel=0.02)  # eta kB/m; (5/3) eta kB/m in three
     assert conductivity.predict(found.sample).convection < expected.convection  # short steps
     # the noise of conduction and friction, less what a step of two friction times takes
-    assert found.noise.value == pytest.approx(expected.conduction + expected.friction, rel=0.05)
+    assert 0.9 < found.noise.value / (expected.conduction + expected.friction) < 1.0
     friction = found.shares["friction"]
     assert abs(friction.value - expected.friction) < 0.1 * expected.friction + 4.0 * friction.stderr
     convection = found.shares["convection"]

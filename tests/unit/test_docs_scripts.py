@@ -25,7 +25,7 @@ TABLES = {
     "wall_flows": "| oscillating plate | 96 |",
     "channel_noise": "| Couette | 0.10 s |",
     "cylinder": "Re = 0.05 |",
-    "conductivity": "| liquid, friction matters |",
+    "conductivity": "| liquid in two dimensions |",
     "energy": "| $C/k_B$ |",
     "thermal_integrators": "| Verlet without books |",
     "energy_waves": "| $(c_S/c)^2$ |",

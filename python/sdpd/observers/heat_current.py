@@ -209,7 +209,7 @@ class HeatCurrentCorrelator(LaggedObserver):
     ... )
     >>> heat = sdpd.HeatCurrentCorrelator(every=2, points=4, levels=2)
     >>> sdpd.Simulation(scene, seed=1).run(steps=60, observe=heat)
-    >>> heat.increments(n_blocks=8).lag.size
+    >>> heat.increments(n_blocks=4).lag.size
     6
     """
 

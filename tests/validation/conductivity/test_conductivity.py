@@ -14,12 +14,11 @@ from sdpd.conductivity import Study
 from tests.validation import channel, record
 
 SCRIPT = channel.script("conductivity")
-TIME_FACTOR = 1.0
 
 
 @cache
 def study_of(name: str) -> Study:
-    found: Study = SCRIPT.study(name, TIME_FACTOR)
+    found: Study = SCRIPT.study(name)
     return found
 
 
