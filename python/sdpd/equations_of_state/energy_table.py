@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from sdpd import validation
 from sdpd.equations_of_state.laws import EquationOfState
@@ -260,6 +259,8 @@ class EnergyTable(EquationOfState):
         return "table", self._numbers(), ""
 
     def _numbers(self) -> list[float]:
+        from scipy.interpolate import CubicSpline
+
         cold, s = np.array(self.cold_energies), np.array(self.entropies)
         x = np.linspace(math.log(self.densities[0]), math.log(self.densities[1]), len(cold))
         y = np.linspace(math.log(self.heats[0]), math.log(self.heats[1]), s.shape[1])

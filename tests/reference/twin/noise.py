@@ -17,7 +17,7 @@ STREAMS = {
     "initial_velocity": 3,
     "initial_position": 4,
     "pair_thermal": 5,
-    "pair_thermal_force": 6,
+    "pair_thermal_force": 7,
 }
 
 _LOW32 = np.uint64(0xFFFFFFFF)
