@@ -10,7 +10,7 @@ import pytest
 import sdpd
 from sdpd import cli, conductivity
 
-from .thermal import fluid, scene
+from .thermal import fluid, gas, scene
 
 
 @pytest.mark.parametrize(("kernel", "support"), [("lucy", 2.64), ("wendland_c2", 3.0)])
@@ -28,6 +28,13 @@ def test_decay_is_that_of_the_lattice_sum(kernel: str, support: float, dimension
     # a long wave feels the factor of the discretisation
     long = conductivity.lattice_conductivity(made, 1e-3)
     assert long == pytest.approx(500.0 * made.factors.conductivity, rel=1e-3)
+
+
+def test_decay_is_that_of_particles_at_rest_in_a_gas_too() -> None:
+    """gamma = 5: a pressure that follows the temperature would make sound of half the wave."""
+    made = scene(gas(25.0, dimension=2), box=sdpd.Box((10.0, 10.0)))
+    found = conductivity.decay(made, steps=60)
+    assert found.delivered == pytest.approx(found.lattice, rel=0.01)
 
 
 def test_an_imposed_gradient_without_noise_is_the_lattice_too() -> None:

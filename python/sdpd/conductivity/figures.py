@@ -6,8 +6,6 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, VERMILION, figure_or_new, save
 
 if TYPE_CHECKING:
@@ -115,10 +113,10 @@ def _lags(study: Study, axes: Any) -> None:
     )
     first, last = found.helfand.window or (0.0, 0.0)
     axes.axvspan(first / tau, last / tau, color="0.93", label="window of the slope", zorder=0)
-    axes.axhline(float(np.asarray(found.noise.value)) / asked, color="0.2", linewidth=0.8, ls=":")
+    axes.axhline(found.noise.value / asked, color="0.2", linewidth=0.8, ls=":")
     axes.set(
         xlabel=r"lag over $\tau_q$ [1]",
         ylabel=r"$\langle\Delta G^2\rangle/(2Vk_BT^2\,t)$ over that asked for [1]",
         title="Helfand moment (dotted: noise alone)",
     )
-    axes.legend(fontsize=7.5)
+    axes.legend(fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
