@@ -35,7 +35,7 @@ class Flow:
     speed: float = SPEED
     temperatures: tuple[float, float] = TEMPERATURES
     rarefied: float = RAREFIED
-    settle: float = 8.0  # relaxation times before the first sample; half as many are sampled
+    settle: float = 5.0  # relaxation times before the first sample; half as many are sampled
 
     @property
     def reynolds(self) -> float:

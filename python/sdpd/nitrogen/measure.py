@@ -107,7 +107,7 @@ class Plan:
         share = min(1.0, MANY_PAIRS / scene.pairs_per_particle) if moves else 0.0
         samples = max(4, round((8 if quick else 40) * share))
         stretches = (16 if moves and not quick else 8) if transport else 0
-        return cls(steps=5 * samples, stretches=stretches, slab=transport and moves)
+        return cls(600 if moves else 300, 5 * samples, stretches, slab=transport and moves)
 
 
 @dataclass(frozen=True)
