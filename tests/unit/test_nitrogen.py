@@ -131,3 +131,9 @@ def test_files_and_figure(tmp_path, capsys) -> None:
 def test_bad_arguments_are_named(arguments, message) -> None:
     with pytest.raises(ValueError, match=message):
         nitrogen.run_nitrogen(**arguments)
+
+
+def test_all_cases_or_some(capsys) -> None:
+    with pytest.raises(SystemExit):
+        main(["nitrogen", "--all", "--cases", "1"])
+    assert "not allowed with argument" in capsys.readouterr().err
