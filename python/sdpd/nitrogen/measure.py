@@ -143,6 +143,11 @@ class Measured:
         return self.scene.stiffness < FROZEN
 
     @property
+    def pairs(self) -> bool:
+        """Whether the stiffness is beyond the pairing limit of the kernel."""
+        return self.scene.density_deviation is None
+
+    @property
     def conducts(self) -> bool:
         """Whether the lattice conducts as its sum says, but for the time step."""
         found = self.transport
