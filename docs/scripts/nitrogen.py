@@ -58,7 +58,7 @@ def diffusion(study: nitrogen.Study) -> str:
                 f"{exact / found.scene.self_diffusion_continuum:.2f}",
                 _times(long),
                 f"{first:.0f} to {last:.0f}",
-                f"{expected:.2g}" if math.isfinite(expected) else "",
+                f"{expected:.2g}" if found.moves and math.isfinite(expected) else "",
                 f"{found.case.diffusion:.2g}",
             ]
         )

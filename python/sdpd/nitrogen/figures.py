@@ -124,7 +124,7 @@ def _point(axis: Any, found: Measured, name: str, *, filled: bool) -> None:
     axis.errorbar(x, value, error, fmt=_MARKERS[rank], ms=4.5, color=colour, mfc=face)
     if row.published is not None:
         axis.plot(x, row.published, "x", ms=4, color="0.4")
-    if row.expected == row.expected:
+    if found.moves and math.isfinite(row.expected):
         axis.plot(x, row.expected, "_", ms=11, color=colour)
 
 

@@ -288,9 +288,10 @@ def _transport_rows(case: Case, scene: Scene, found: Transport) -> tuple[Row, ..
         moves,
         largest_error=SHORT_ERROR,
     )
+    caged = found.expected_long if moves else math.nan
     rows = [
         short,
-        Row("D long", "m^2/s", found.long, found.expected_long, case.diffusion, False),
+        Row("D long", "m^2/s", found.long, caged, case.diffusion, False),
         Row("eta", "Pa s", found.viscosity, found.expected_viscosity, case.viscosity, False),
     ]
     if found.conductivity is not None:

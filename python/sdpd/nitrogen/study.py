@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -32,7 +33,7 @@ class Study:
         rows = []
         for found in self.cases:
             for row in found.rows:
-                known = row.expected == row.expected
+                known = math.isfinite(row.expected)
                 verdict = f"{row.t:+.1f}" if row.judged else "not judged"
                 rows.append(
                     [
