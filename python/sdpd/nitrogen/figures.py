@@ -117,7 +117,7 @@ def _row(found: Measured, name: str) -> Row:
 
 def _point(axis: Any, found: Measured, name: str, *, filled: bool) -> None:
     row, rank = _row(found, name), _rank(found)
-    colour = _COLOURS[rank]
+    colour = _COLOURS[rank] if found.moves else "0.7"
     face = colour if filled else "white"
     x = _place(found)
     value, error = row.measured.value, row.measured.stderr
