@@ -29,6 +29,7 @@ WALLED = {
     "couette",
     "cylinder",
     "entropy",
+    "nitrogen",
     "poiseuille",
     "thermal_couette",
     "wall_equilibrium",
@@ -37,7 +38,7 @@ WALLED = {
 }
 WALLS = ("sweep/wall", "wall/")
 # Likewise for fluids with an energy.
-THERMAL = {"entropy", "thermal_couette", "thermal_equilibrium"}
+THERMAL = {"entropy", "nitrogen", "thermal_couette", "thermal_equilibrium"}
 ENERGY = (
     "eos/caloric/",
     "integrator/thermal",
