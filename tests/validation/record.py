@@ -30,6 +30,7 @@ WALLED = {
     "couette",
     "cylinder",
     "entropy",
+    "nitrogen",
     "poiseuille",
     "thermal_couette",
     "wall_equilibrium",
@@ -42,6 +43,7 @@ THERMAL = {
     "conductivity",
     "energy_waves",
     "entropy",
+    "nitrogen",
     "thermal_couette",
     "thermal_equilibrium",
 }
