@@ -52,6 +52,7 @@ ENERGY = (
     "integrator/thermal",
     "physics/thermal",
     "sweep/heat_tally.rs",
+    "sweep/pair_state.rs",
     "sweep/thermal",
     "sweep/work.rs",
     "thermal.rs",
