@@ -47,6 +47,8 @@ SPLITTING_LOSS = (
     (0.0, 0.5, 0.9, 1.3, 1.8, 2.6, 3.7, 5.2, 7.3, 11.0),
     (0.0, 0.0135, 0.043, 0.087, 0.163, 0.32, 0.58, 0.98, 1.52, 2.41),
 )
+# The same for the conductivity and dt/tau_q, over that of the viscosity at dt/tau, at most.
+CONDUCTION_LOSS = 1.45
 # Density variance too high by this times (dt / explicit limit)^2.
 DENSITY_VARIANCE_SLOPE = 0.61
 
@@ -159,6 +161,13 @@ def splitting_loss(scene: Scene, ratio: float) -> float:
     return float(np.interp(ratio, *SPLITTING_LOSS)) / scene.factors.partners
 
 
+def _ratio_of_loss(scene: Scene, scale: float) -> float:
+    """dt over friction or conduction time, at most 2, at which few partners lose 1 %."""
+    ratios = np.linspace(0.0, 2.0, 81)
+    loss = scale * np.interp(ratios, *SPLITTING_LOSS) / scene.factors.partners
+    return float(ratios[loss <= 0.01][-1])
+
+
 def _splitting_friction(scene: Scene, resolve_vacf: bool) -> list[TimeStepBound]:
     tau = scene.friction_time / scene.transport_factor(scene.fluid.viscosity_exponent)
     if resolve_vacf:
@@ -171,13 +180,15 @@ def _splitting_friction(scene: Scene, resolve_vacf: bool) -> list[TimeStepBound]
                 "the decay of the velocity autocorrelation is not resolved above it",
             )
         ]
+    # Fluids with an energy are held to 1 % of their coefficients.
+    ratio = _ratio_of_loss(scene, 1.0) if scene.active_effects.energy else 2.0
     return [
         TimeStepBound(
             "friction",
-            2.0 * tau,
+            ratio * tau,
             "accuracy",
-            "2 tau",
-            f"the delivered viscosity falls above it (by {splitting_loss(scene, 2.0):.1%} at it)",
+            f"{ratio:.3g} tau",
+            f"the delivered viscosity falls above it (by {splitting_loss(scene, ratio):.1%} at it)",
         )
     ]
 
@@ -227,9 +238,10 @@ def _verlet_friction(
     return found
 
 
-def _splitting_conduction(tau: float) -> list[TimeStepBound]:
-    reason = "the delivered conductivity falls above it"
-    return [TimeStepBound("conduction", 2.0 * tau, "accuracy", "2 tau_q", reason)]
+def _splitting_conduction(scene: Scene, tau: float) -> list[TimeStepBound]:
+    ratio = _ratio_of_loss(scene, CONDUCTION_LOSS)
+    reason = "the delivered conductivity falls above it (by 1 % at most at it)"
+    return [TimeStepBound("conduction", ratio * tau, "accuracy", f"{ratio:.3g} tau_q", reason)]
 
 
 def _verlet_conduction(scene: Scene, tau: float, error: float) -> list[TimeStepBound]:
@@ -293,7 +305,7 @@ def bounds(
         factor = scene.transport_factor(scene.fluid.conductivity_exponent)
         tau = scene.conduction_time / factor
         if isinstance(chosen, PairSplitting):
-            found += _splitting_conduction(tau)
+            found += _splitting_conduction(scene, tau)
         else:
             found += _verlet_conduction(scene, tau, error)
     if active.body_force and scene.body_force is not None and scene.body_force.peak > 0.0:

@@ -138,7 +138,7 @@ def test_coupled_waves_follow_the_three_equations(conduction: float, mode: str) 
         damping=damping,
         conduction=q,
     )
-    dt = min(0.004, 0.08 / q)
+    dt = min(0.004, 0.045 / q)
     sim = sdpd.Simulation(made, dt=dt, threads=1)
     x = np.asarray(sim.positions[:, 0])
     cosine, sine = np.cos(K * x), np.sin(K * x)

@@ -59,8 +59,8 @@ def check_scene(scene: Scene) -> None:
     Raises
     ------
     ValueError
-        Without noise, with walls, with a body force, with an energy that does not get about, or with
-        a heat capacity that is no constant (the laws of the temperatures are those of one).
+        Without noise, with walls, with a body force, with an energy that does not get about, or
+        with a heat capacity that is no constant (the laws of the temperatures are those of one).
     """
     if scene.walls:
         raise ValueError("`scene` must have no walls: the predictions are for periodic boxes")

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import conductivity
-from sdpd import equations_of_state as eos
 from sdpd.analysis import Correlation, Estimate, einstein_diffusion, einstein_viscosity, ensemble
 from sdpd.analysis.diffusion import short_time_diffusion
 from sdpd.diffusion.collective import collective_theory
@@ -167,7 +166,7 @@ class Recorder:
         middle = 0.5 * sum(self._window)
         left = math.nan if theory is None else float(theory.remaining(middle)) * added
         kinetic = 0.5 * scene.fluid.density * exact.value
-        wave = conductivity.decay(_without_expansion(scene), dt=dt)
+        wave = conductivity.decay(scene, dt=dt)
         asked = scene.fluid.shear_viscosity
         return Transport(
             short=short,
@@ -203,12 +202,6 @@ def through_a_slab(scene: Scene, seed: int) -> Estimate:
         return conductivity.imposed_gradient(
             scene, difference=DIFFERENCE, times=4.0, seed=seed, n_blocks=16
         )
-
-
-def _without_expansion(scene: Scene) -> Scene:
-    """The same conduction in a fluid that its temperature does not move."""
-    liquid = scene.fluid.replace(equation_of_state=eos.Linear(), thermal_expansion=0.0)
-    return scene.replace(fluid=liquid, sound_speed=scene.sound.speed)
 
 
 def _theory(scene: Scene, dt: float) -> ViscosityTheory | None:
