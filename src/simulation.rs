@@ -397,6 +397,11 @@ impl Engine {
         }
     }
 
+    /// Does a step count all energy that pairs hand over?
+    pub fn keeps_heat_current(&self) -> bool {
+        self.integrator.keeps_heat_current()
+    }
+
     /// Detaches all observers.
     pub fn detach_all(&mut self) {
         self.observers.clear();
@@ -509,6 +514,9 @@ impl Engine {
         let impulse = self.walls.impulse.clone();
         let crossings = self.walls.crossings;
         let accounts = self.thermal.as_ref().map(|it| it.accounts.clone());
+        let current = self.thermal.as_ref().and_then(|it| it.current.as_ref());
+        let current = current.map(|it| it.moment);
+        let stress = self.tally.as_ref().map(|it| it.moment);
         let result = pool
             .install(|| integrator.run(self, steps, scaled))
             // The last kick of a run is followed by no drift that would notice.
@@ -519,6 +527,12 @@ impl Engine {
             self.walls.crossings = crossings;
             if let (Some(thermal), Some(accounts)) = (&mut self.thermal, accounts) {
                 thermal.accounts = accounts;
+                if let (Some(tally), Some(moment)) = (&mut thermal.current, current) {
+                    tally.moment = moment;
+                }
+            }
+            if let (Some(tally), Some(moment)) = (&mut self.tally, stress) {
+                tally.moment = moment;
             }
         }
         result

@@ -17,6 +17,9 @@ use crate::valid::{finite, non_negative, positive};
 /// Particles per task of the elementwise loops.
 const GRAIN: usize = 512;
 
+/// Heat capacity of a particle, in kB, at which 1 - c of two of them has a zero.
+const LEAST_CAPACITY: f64 = 0.5;
+
 /// What the user asks of the energies, in the user's units.
 #[derive(Debug, Clone)]
 pub struct ThermalSettings {
@@ -193,9 +196,9 @@ impl Thermal {
         }
         let constant = eos.constant_heat_capacity();
         let capacity = constant.map_or(f64::INFINITY, |c| c * units.mass / boltzmann);
-        if capacity <= 0.5 {
+        if capacity <= LEAST_CAPACITY {
             return Err(Error::Invalid(format!(
-                "`heat_capacity` must be above 0.5 kB a particle, got {capacity} kB"
+                "`heat_capacity` must be above {LEAST_CAPACITY} kB a particle, got {capacity} kB"
             )));
         }
         let walls = settings.walls.iter().enumerate();
@@ -248,6 +251,13 @@ impl Thermal {
         if !self.constant && !general {
             return Err(Error::Invalid(format!(
                 "`exchanges` must be for any heat capacity where that of `thermal.eos` is no constant, got {exchanges:?}"
+            )));
+        }
+        let follows = general || exchanges.ends_with("variable");
+        let constant = self.pair.powers.iter().all(|power| power.exponent() == 0.0);
+        if !constant && (!follows || exchanges.starts_with("bath")) {
+            return Err(Error::Invalid(format!(
+                "`transport_exponents` must be 0 with the exchanges {exchanges:?}"
             )));
         }
         if metropolis && !self.walls.is_empty() {
@@ -461,16 +471,28 @@ impl Thermal {
         self.refused.fill(0);
     }
 
-    /// Refuses a temperature that is not finite and positive: its slot.
+    /// Refuses a temperature that is not finite and positive, and a heat capacity that is no constant
+    /// and so low that pairs cannot exchange energy any more: the slot.
     pub fn check(&self, particles: &Particles) -> Option<usize> {
         let heat = &particles.scalars[self.fields.heat].values;
-        heat.iter().position(|&e| !(e.is_finite() && e > 0.0))
+        if self.constant {
+            return heat.iter().position(|&e| !(e.is_finite() && e > 0.0));
+        }
+        heat.iter().zip(&particles.density).position(|(&heat, &d)| {
+            let [t, k] = self.state(d, heat);
+            !(heat > 0.0 && t.is_finite() && t > 0.0 && k > LEAST_CAPACITY)
+        })
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let factors = 3 * self.factors.capacity();
-        8 * (self.unbooked.capacity() + self.input.capacity() + self.refused.capacity() + factors)
+        let current = self.current.as_ref().map_or(0, HeatTally::bytes);
+        current
+            + 8 * (self.unbooked.capacity()
+                + self.input.capacity()
+                + self.refused.capacity()
+                + factors)
     }
 }
 

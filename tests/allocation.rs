@@ -61,7 +61,8 @@ impl Around {
 fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
     let (n, edge, support) = (729, 9.0, 2.65);
     let open = around == Around::Nothing;
-    let thermal = integrator.ends_with("/thermal");
+    let (integrator, exchanges) = integrator.split_once('/').unwrap_or((integrator, "none"));
+    let thermal = exchanges != "none";
     let heat = match around {
         Around::Nothing => 0,
         Around::Field => 1,
@@ -73,8 +74,8 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
             kernel: "lucy".into(),
             friction: "general".into(),
             noise: "gaussian".into(),
-            integrator: integrator.split('/').next().unwrap_or_default().into(),
-            exchanges: if thermal { "full_variable" } else { "none" }.into(),
+            integrator: integrator.into(),
+            exchanges: exchanges.into(),
         },
         edges: vec![edge; 3],
         support,
@@ -109,7 +110,11 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
             Vec::new()
         },
         thermal: thermal.then(|| ThermalSettings {
-            eos: ("ideal_gas".into(), vec![100.0, 25.0, 0.0], String::new()),
+            eos: if exchanges.ends_with("general") {
+                ("table".into(), perfect_gas(), String::new())
+            } else {
+                ("ideal_gas".into(), vec![100.0, 25.0, 0.0], String::new())
+            },
             boltzmann: 1.0,
             conductivity: 500.0,
             exponents: [0.7, 0.7],
@@ -142,6 +147,20 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
     engine.renew(true).unwrap();
     engine.run(20, 1e-6).unwrap();
     engine
+}
+
+/// s = 25 ln h - 100 ln rho, from 0.1 to 20 in both.
+fn perfect_gas() -> Vec<f64> {
+    let (start, step) = (0.1_f64.ln(), 200.0_f64.ln() / 7.0);
+    let mut numbers = [[start, step, 8.0]; 2].concat();
+    numbers.extend([0.0; 16]);
+    for i in 0..8 {
+        for j in 0..8 {
+            let [x, y] = [i, j].map(|k| start + step * f64::from(k));
+            numbers.extend([25.0 * y - 100.0 * x, -100.0, 25.0, 0.0]);
+        }
+    }
+    numbers
 }
 
 fn allocations(engine: &mut Engine, steps: u64) -> usize {
@@ -187,9 +206,10 @@ fn duct_field(edge: f64) -> Field {
 /// Everything that measures inside the loop, at every step.
 fn attach_correlators(engine: &mut Engine) {
     let n = engine.particles.len();
+    let energy = engine.thermal.is_some();
     let vectors = vec![[1, 0, 0], [0, -2, 1]];
     let stress = StressCorrelator::new(1, 3, Parts::All, 8, 4).unwrap();
-    let currents = Currents::new(1, 3, false, vectors, 8, 4, n).unwrap();
+    let currents = Currents::new(1, 3, energy, vectors, 8, 4, n).unwrap();
     let heat = HeatCorrelator::new(1, 3, 8, 4).unwrap();
     engine.attach(Arc::new(Mutex::new(stress)));
     engine.attach(Arc::new(Mutex::new(currents)));
@@ -207,10 +227,12 @@ fn a_step_allocates_nothing() {
         ("pair_splitting", false),
         ("velocity_verlet", true),
         ("pair_splitting", true),
-        ("pair_splitting/thermal", false),
-        ("pair_splitting/thermal", true),
-        ("velocity_verlet/thermal", false),
-        ("velocity_verlet/thermal", true),
+        ("pair_splitting/full_variable", false),
+        ("pair_splitting/full_variable", true),
+        ("pair_splitting/full_general", false),
+        ("pair_splitting/full_metropolis", true),
+        ("velocity_verlet/full_variable", false),
+        ("velocity_verlet/full_general", true),
     ] {
         for threads in [1, 2] {
             for around in [
@@ -224,9 +246,10 @@ fn a_step_allocates_nothing() {
                 let other = around.model().0 != "symmetric_images";
                 // Refused: friction that is not symmetric there, heat for all of them.
                 let refused = around == Around::OwnFoot && integrator == "pair_splitting"
-                    || integrator.ends_with("/thermal");
-                // Without walls only.
-                if integrator == "velocity_verlet/thermal" && around != Around::Nothing {
+                    || integrator.contains('/');
+                let open_only =
+                    integrator.contains("verlet/") || integrator.ends_with("metropolis");
+                if open_only && around != Around::Nothing {
                     continue;
                 }
                 if other && (refused || observed || threads == 1) {

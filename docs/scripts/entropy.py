@@ -144,7 +144,7 @@ def follow(scene: sdpd.Scene, fraction: float, steps: int, *, books: bool) -> Fo
 
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("entropy", __doc__, argv)
-    steps, fractions = (100, FRACTIONS[-1:]) if report.quick else (10_000, FRACTIONS)
+    steps, fractions = (100, FRACTIONS[-1:]) if report.quick else (5_000, FRACTIONS)
     scenes = {
         "isolated, shaken": isolated(),
         "between plates": between_plates(),

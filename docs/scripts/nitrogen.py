@@ -56,9 +56,9 @@ def diffusion(study: nitrogen.Study) -> str:
                 f"{exact:.3g}",
                 shown(*_ratio(table["D short"], exact), digits=3),
                 f"{exact / found.scene.self_diffusion_continuum:.2f}",
-                _times(long),
+                _times(long) if found.moves else f"[{_times(long)}]",
                 f"{first:.0f} to {last:.0f}",
-                f"{expected:.2g}" if math.isfinite(expected) else "",
+                f"{expected:.2g}" if found.moves and math.isfinite(expected) else "",
                 f"{found.case.diffusion:.2g}",
             ]
         )
@@ -179,7 +179,7 @@ def write(report: Report, study: nitrogen.Study, both: dict[str, nitrogen.Study]
     measured = (
         "$D$ of the friction: $k_BT/m$ over the exact initial slope of the VACF in the sampled "
         "arrangements. Long times: mean-square displacement over the window of lags, in friction "
-        "times $\\tau$."
+        "times $\\tau$; in brackets glasses that run down."
     )
     against = (
         "Over the values asked for. Helfand: with the noise of this run; expected: friction on the "

@@ -25,6 +25,7 @@ PRESSURE = 105423.0  # Pa, of the published density at 300 K
 RAREFIED = 1.1e-3  # of the published density
 ACROSS, SUPPORT = 25, 4.0  # spacings
 SAMPLES = 40
+RESOLUTIONS = ((20, 3.0, 1.0), (20, 3.0, 0.5), (25, 3.0, 1.0), (20, 4.0, 1.0), (25, 4.0, 1.0))
 COLOURS = ("#4269d0", "#ff725c", "#3ca951")
 
 
@@ -35,7 +36,7 @@ class Flow:
     speed: float = SPEED
     temperatures: tuple[float, float] = TEMPERATURES
     rarefied: float = RAREFIED
-    settle: float = 8.0  # relaxation times before the first sample; half as many are sampled
+    settle: float = 5.0  # relaxation times before the first sample; half as many are sampled
 
     @property
     def reynolds(self) -> float:
@@ -118,9 +119,15 @@ class Measured:
 
 
 def measure(
-    flow: Flow, across: int = ACROSS, *, support: float = SUPPORT, settle: float, sample: float
+    flow: Flow,
+    across: int = ACROSS,
+    *,
+    support: float = SUPPORT,
+    step: float = 1.0,
+    settle: float,
+    sample: float,
 ) -> Measured:
-    """From the closed form, which must stay; times in units of `Flow.relaxation`."""
+    """From the closed form, which must stay; times in `Flow.relaxation`, step in default ones."""
     made = scene(flow, across, support)
     fluid = made.fluid
     exact = thermal_couette(
@@ -133,6 +140,7 @@ def measure(
         reference=300.0,
     )
     sim = sdpd.Simulation(made, threads=1)
+    sim.dt *= step
     velocity, temperature = exact.at(sim.positions[:, 2])
     sim.velocities[:, 0] = velocity
     sim.temperatures = temperature
@@ -183,6 +191,37 @@ def run(flow: Flow) -> Measured:
     return measure(flow, settle=flow.settle, sample=0.5 * flow.settle)
 
 
+def refined(known: Measured) -> str:
+    """The heated case by spacings across, support and time step; the last is the one above."""
+    flow, rows = CASES["heated"], []
+    for across, support, step in RESOLUTIONS:
+        found = known
+        if (across, support) != (ACROSS, SUPPORT):
+            found = measure(
+                flow,
+                across,
+                support=support,
+                step=step,
+                settle=flow.settle,
+                sample=0.5 * flow.settle,
+            )
+        stress = found.stress / found.exact.stress - 1.0
+        rows.append(
+            [
+                f"{across}",
+                f"{support:g}",
+                f"{step:g}",
+                f"{found.errors[0]:.2%}",
+                f"{found.errors[1]:.2%}",
+                f"{stress:+.1%}",
+                *(f"{a / b - 1.0:+.1%}" for a, b in zip(found.heat, found.exact.heat, strict=True)),
+            ]
+        )
+    header = ["across", r"$h/\Delta x$", "time step / default", "velocity / V"]
+    header += ["temperature / span", "stress", "heat, lower plate", "upper plate"]
+    return "The heated case, errors by resolution:\n\n" + grid(header, rows)
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("thermal_couette", __doc__, argv)
     if report.quick:
@@ -224,7 +263,8 @@ def main(argv: Sequence[str] | None = None) -> None:
                 "energy balance",
             ],
             rows,
-        )
+        ),
+        *([] if report.quick else [refined(found["heated"])]),
     )
     figure, axes = subplots(2)
     for (name, case), colour in zip(found.items(), COLOURS, strict=False):

@@ -340,6 +340,16 @@ class SceneQuantities:
             return math.inf
         return self.fluid.heat_capacity * self.particle_mass / self.fluid.boltzmann_constant
 
+    @property
+    def least_heat_capacity_number(self) -> float:
+        """The least C/k_B of a particle between the temperatures of the scene [1]."""
+        law, found = self.fluid.equation_of_state, [self.heat_capacity_number]
+        for temperature in self.temperature_range:
+            capacity = law.heat_capacity(self.fluid.density, temperature)
+            if capacity is not None:
+                found.append(capacity * self.particle_mass / self.fluid.boltzmann_constant)
+        return min(found)
+
     @cached_property
     def adiabatic_ratio(self) -> float:
         """Square of the adiabatic over the isothermal speed of sound [1]; 1 without an energy."""

@@ -316,7 +316,9 @@ class Scene(SceneQuantities):
         active = self.active_effects
         if not active.energy:
             return
-        capacity = self.heat_capacity_number
+        law = self.fluid.equation_of_state
+        law.check_range(self.fluid.density, self.temperature_range)
+        capacity = self.least_heat_capacity_number
         if capacity <= 1.0:
             raise ValueError(
                 "`fluid.heat_capacity` must be above k_B a particle, got "

@@ -61,6 +61,10 @@ pub trait Integrator: Send + Sync {
     fn carries(&self) -> bool {
         false
     }
+    /// Does its step count all energy that pairs hand over?
+    fn keeps_heat_current(&self) -> bool {
+        false
+    }
 }
 
 /// Number densities of the present positions, walls included.

@@ -1,6 +1,6 @@
 //! The pair splitting of a fluid with an energy: exchange(dt/2) - kick - drift - densities - kick -
 //! exchange(dt/2). An exchange solves friction, heating and conduction pair by pair (physics/
-//! thermal.rs). In between particles move on adiabats; the work of both kicks, summed pair by pair
+//! thermal). In between particles move on adiabats; the work of both kicks, summed pair by pair
 //! with the mean velocities of each kick, then replaces the adiabat's energies, so that the total
 //! energy holds to rounding. Without these books it would drift upward.
 
@@ -211,5 +211,10 @@ impl<X: Exchanges, V: Variate, const D: usize> Integrator for ThermalSplitting<X
 
     fn needs_drag(&self) -> bool {
         true
+    }
+
+    fn keeps_heat_current(&self) -> bool {
+        // Friction against a bath hands nothing over; what is refused at random has a mean.
+        (X::HEATING || !X::FRICTION) && !X::METROPOLIS
     }
 }

@@ -2,7 +2,6 @@
 
 mod friction;
 mod thermal;
-mod thermal_rates;
 
 pub use friction::{
     Central, Exchange, FrictionForm, Frictionless, General, Kick, LinkAxes, LinkTerms,
@@ -12,7 +11,6 @@ pub use thermal::{
     Adiabatic, Bath, BathAndConduction, BathAndConductionGeneral, BathGeneral, Conduction,
     ConductionGeneral, ConductionMetropolis, ConductionVariable, Ends, Exchanges, FrictionDecay,
     Full, FullGeneral, FullMetropolis, FullVariable, HeatDecay, Heating, HeatingGeneral,
-    HeatingMetropolis, HeatingVariable, PairThermal, Power, ThermalExchange, friction_odds,
-    heat_odds,
+    HeatingMetropolis, HeatingVariable, PairState, PairThermal, Power, ThermalExchange,
+    ThermalRates, friction_odds, heat_odds,
 };
-pub use thermal_rates::{PairState, ThermalRates};

@@ -247,10 +247,11 @@ impl Columns {
             }
             check_inside(py, engine, &places)?;
         }
-        let mut heated = vec![false; self.n];
+        // Where it follows the density, temperatures are what stays as positions change.
+        let mut heated = vec![lists; self.n];
         for change in changes {
             self.take_over(py, engine, &change);
-            heated[change.row] = change.heated;
+            heated[change.row] |= change.heated;
         }
         engine.renew(lists).map_err(|e| to_python(py, &e))?;
         self.settle(py, engine, &heated)

@@ -128,17 +128,23 @@ impl StressHandle {
     }
 }
 
-/// Refuses a fluid that has no current of energy: one whose step does not conserve it.
+/// Refuses a fluid that has no current of energy: one whose step does not conserve it, or that hands
+/// it over in other ways than those which are counted.
 fn conserving(engine: &Engine) -> PyResult<()> {
-    match &engine.thermal {
-        Some(thermal) if thermal.bookkeeping => Ok(()),
-        Some(_) => Err(PyValueError::new_err(
-            "a current of energy needs the books of the work: `energy_bookkeeping` must be True",
-        )),
-        None => Err(PyValueError::new_err(
-            "a current of energy needs particles with an energy, got an isothermal fluid",
-        )),
-    }
+    let what = match &engine.thermal {
+        None => "particles with an energy, got an isothermal fluid",
+        Some(thermal) if !thermal.bookkeeping => {
+            "the books of the work: `energy_bookkeeping` must be True"
+        }
+        Some(thermal) if !thermal.walls.is_empty() => "a box without walls",
+        Some(_) if !engine.keeps_heat_current() => {
+            "the exchanges of the pair splitting, viscous heating and no acceptance"
+        }
+        Some(_) => return Ok(()),
+    };
+    Err(PyValueError::new_err(format!(
+        "a current of energy needs {what}"
+    )))
 }
 
 /// Time series of the flux of energy.

@@ -6,10 +6,12 @@
 //! t F r_ij.(A_j u_i + A_i u_j), A = P/d^2 and u the mean velocity of the kick: the force
 //! (A_i + A_j) F r_ij does its work on i, less what A_i takes from E_i by its own books. Each is
 //! antisymmetric, so the time integral changes by just what the step did to sum e_i r_i of unwrapped
-//! positions: the Helfand moment of heat conduction, exact at any time step. Without books energy is
-//! not conserved, and there is no such current.
+//! positions: the Helfand moment of heat conduction, exact at any time step, up to what a body force
+//! does and to energy that stays unbooked. Without books energy is not conserved, and there is no
+//! such current.
 //!
-//! Noise is kept apart: the energy that it hands over has no mean, whatever came before, so that the
+//! Noise is kept apart: the energy that it hands over has no mean, whatever came before (but for
+//! updates that are refused, which are rare unless heat capacities are a few kB), so that the
 //! mean square of its integral is that of the sum of r_ij^2 dE_ij^2 over all exchanges, a sum of very
 //! many terms that is known much better than the square (`variation`).
 
@@ -112,6 +114,12 @@ impl HeatTally {
             blocks: vec![HeatMoment::default(); blocks],
             carried: vec![Flow::default(); particles.div_ceil(GRAIN)],
         }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of::<HeatMoment>() * self.blocks.capacity()
+            + size_of::<Flow>() * self.carried.capacity()
     }
 
     /// A sweep begins.

@@ -1,5 +1,5 @@
 //! The pair sweep of the thermal splitting: friction, heating and conduction of each pair solved one
-//! after the other, positions frozen (physics/thermal.rs). Forward: friction, then conduction; a
+//! after the other, positions frozen (physics/thermal). Forward: friction, then conduction; a
 //! backward sweep is the same from its end. What depends on positions alone is computed for a chunk
 //! at once, and so are the decays; where coefficients follow the temperature those are brought up to
 //! date from what they were at the start of the sweep.
@@ -101,6 +101,12 @@ struct Change {
     /// Energy that i got from j, the kinetic one included.
     energy: Given,
     refused: u64,
+}
+
+/// Is an update of that ln of the ratio accepted? What is no number is no reason to.
+#[inline(always)]
+fn accepts(chance: f64, ratio: f64) -> bool {
+    chance < ratio
 }
 
 impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
@@ -321,7 +327,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 let proposals = [(d, ends.width::<X>()), (back, then.width::<X>())];
                 let odds = friction_odds::<D>(axis, [u, moved], proposals);
                 let weight = self.energies.weight([i, j], [e, after], [&ends, &then]);
-                if lanes.chance[0][k] >= weight + odds {
+                if !accepts(lanes.chance[0][k], weight + odds) {
                     change.refused += 1;
                     change.random = [0.0; 3];
                     return;
@@ -361,7 +367,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             let back = self.exchange.heat_at_weight(d.heat, from, g, &then, V::ON);
             let odds = heat_odds(gain, (&ends, &d), (&then, &back));
             let weight = self.energies.weight([i, j], [e, after], [&ends, &then]);
-            if lanes.chance[1][k] >= weight + odds {
+            if !accepts(lanes.chance[1][k], weight + odds) {
                 change.refused += 1;
                 return;
             }

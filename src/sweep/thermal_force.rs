@@ -1,5 +1,5 @@
 //! Forces and heat of all pairs of a fluid with energies at one instant: pressure, drag and noise,
-//! conduction and its noise (physics/thermal_rates.rs). Kernel and form of friction are no types of
+//! conduction and its noise (physics/thermal/rates.rs). Kernel and form of friction are no types of
 //! this sweep, as in that of the exchanges.
 
 use std::marker::PhantomData;

@@ -1,5 +1,5 @@
 //! Walls of a fluid with an energy: the work of the images' pressure, and friction, heating and
-//! conduction along links to images (physics/thermal.rs). Kinetic energy lost to a wall at rest
+//! conduction along links to images (physics/thermal). Kinetic energy lost to a wall at rest
 //! heats the particles; conduction takes heat out of them, to a bath of the wall's temperature.
 
 use std::marker::PhantomData;

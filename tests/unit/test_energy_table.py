@@ -225,6 +225,41 @@ def test_bad_functions_are_refused() -> None:
         own(law)
 
 
+def test_a_scene_outside_its_table_is_refused() -> None:
+    law = perfect_table(densities=(1.5, 3.0), points=(8, 8))
+    with pytest.raises(ValueError, match="must reach the density of the fluid 1, but it is tab"):
+        own(law)
+    law = perfect_table(temperatures=(0.5, 2.0), points=(8, 8))
+    of = fluid(C, equation_of_state=law)
+    with pytest.raises(ValueError, match="must reach the temperature 3 of the scene"):
+        slab(sdpd.Isothermal(1.0), sdpd.Isothermal(3.0), of=of, sound_speed=None)
+    with pytest.raises(ValueError, match="must have a fluid with a constant heat capacity"):
+        sdpd.fluctuations.run_fluctuations(own(perfect_table()))
+
+
+def test_temperatures_stay_where_positions_are_written() -> None:
+    """Also of the neighbours, and where what is written is what was there; c_v goes with rho."""
+
+    def free(rho: np.ndarray, t: np.ndarray) -> np.ndarray:
+        return -5.0 * (1.0 + 0.3 * np.log(rho)) * t * np.log(t) + 16.0 * t * np.log(rho)
+
+    law = sdpd.eos.EnergyTable.from_helmholtz(
+        free, densities=(0.2, 5.0), temperatures=(0.05, 8.0), points=(32, 16)
+    )
+    sim = sdpd.Simulation(own(law), seed=3, threads=1, temperatures=1.5)
+    assert np.asarray(sim.temperatures) == pytest.approx(1.5, rel=1e-12)
+    sim.positions[0] += 0.3
+    sim.refresh()
+    assert np.ptp(np.asarray(sim.densities)) > 0.01
+    assert np.asarray(sim.temperatures) == pytest.approx(1.5, rel=1e-12)
+    sim.positions[:] = (
+        np.asarray(sim.positions) + 0.2 * np.sin(np.arange(648.0)).reshape(216, 3)
+    ) % 6
+    sim.temperatures[:] = 1.5
+    sim.refresh()
+    assert np.asarray(sim.temperatures) == pytest.approx(1.5, rel=1e-12)
+
+
 def test_acceptance_is_refused_where_it_makes_no_sense() -> None:
     exact = sdpd.PairSplitting(metropolis=True)
     with pytest.raises(ValueError, match="`metropolis` must be False where particles have no"):

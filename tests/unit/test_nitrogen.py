@@ -54,6 +54,7 @@ def test_a_case_meets_what_is_exact(study: nitrogen.Study) -> None:
     )
     assert rows["rho"].measured.value == pytest.approx(rows["rho"].expected, rel=0.015)
     assert "gamma = 1.400" in str(study) and "D long of lags" in str(study)
+    assert not found.pairs and found.paired == 0.0
 
 
 def test_transport_of_a_case(study: nitrogen.Study) -> None:
@@ -97,10 +98,11 @@ def test_particles_that_pair_are_told() -> None:
     scene = nitrogen.scene_of(case, kernel="lucy", heat_capacity=2.5, particles=216, start=start)
     plan = nitrogen.Plan(equilibration=400, steps=5, stretches=0)
     found = nitrogen.measure(case, scene, plan, seed=1, threads=1)
-    assert found.paired > 0.1 and found.transport is None
+    assert found.paired > 0.1 and found.pairs and found.transport is None
     rows = {row.name: row for row in found.rows}
     assert math.isnan(rows["rho"].expected) and math.isnan(rows["Var rho"].expected)
-    assert "pairs closer than half a spacing" in str(nitrogen.Study((found,), 0.0))
+    text = str(nitrogen.Study((found,), 0.0))
+    assert f"particles pair, {found.paired:.0%} have another one within half a spacing" in text
 
 
 def test_files_and_figure(tmp_path, capsys) -> None:
@@ -131,3 +133,9 @@ def test_files_and_figure(tmp_path, capsys) -> None:
 def test_bad_arguments_are_named(arguments, message) -> None:
     with pytest.raises(ValueError, match=message):
         nitrogen.run_nitrogen(**arguments)
+
+
+def test_all_cases_or_some(capsys) -> None:
+    with pytest.raises(SystemExit):
+        main(["nitrogen", "--all", "--cases", "1"])
+    assert "not allowed with argument" in capsys.readouterr().err

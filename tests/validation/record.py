@@ -30,6 +30,7 @@ WALLED = {
     "couette",
     "cylinder",
     "entropy",
+    "nitrogen",
     "poiseuille",
     "thermal_couette",
     "wall_equilibrium",
@@ -42,6 +43,7 @@ THERMAL = {
     "conductivity",
     "energy_waves",
     "entropy",
+    "nitrogen",
     "thermal_couette",
     "thermal_equilibrium",
 }
@@ -50,6 +52,7 @@ ENERGY = (
     "integrator/thermal",
     "physics/thermal",
     "sweep/heat_tally.rs",
+    "sweep/pair_state.rs",
     "sweep/thermal",
     "sweep/work.rs",
     "thermal.rs",

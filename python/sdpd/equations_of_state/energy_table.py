@@ -228,6 +228,25 @@ class EnergyTable(EquationOfState):
         """With the isotherm of its temperature."""
         return replace(self, temperature=fluid.temperature)
 
+    def check_range(self, density: float, temperatures: tuple[float, float]) -> None:
+        """Refuse a fluid at rest outside the table."""
+        low, high = self.densities
+        if not low <= density <= high:
+            raise ValueError(
+                f"`equation_of_state` must reach the density of the fluid {density:g}, but it is "
+                f"tabulated from {low:g} to {high:g}"
+            )
+        rho = np.array([density, density])
+        _, energy, *_ = self._evaluate(rho, np.array(temperatures))
+        x = math.log(density / low) / math.log(high / low) * (len(self.cold_energies) - 1)
+        cold = float(np.interp(x, np.arange(len(self.cold_energies)), self.cold_energies))
+        for value, t in zip(energy - cold, temperatures, strict=True):
+            if not 0.999 * self.heats[0] <= value <= 1.001 * self.heats[1]:
+                raise ValueError(
+                    f"`equation_of_state` must reach the temperature {t:g} of the scene, but its "
+                    "table does not"
+                )
+
     def heat_capacity(self, density: float, temperature: float) -> float:
         """c_v [energy/(mass temperature)] at a density and a temperature."""
         parts = self._evaluate(np.array([float(density)]), np.array([float(temperature)]))

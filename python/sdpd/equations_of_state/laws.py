@@ -74,6 +74,15 @@ class EquationOfState:
         """c_v [energy/(mass temperature)], if the equation of state and not the fluid tells it."""
         return None
 
+    def check_range(self, density: float, temperatures: tuple[float, float]) -> None:
+        """Refuse a fluid beyond the densities and temperatures that the law is made for.
+
+        Raises
+        ------
+        ValueError
+            If it is; the text begins with "`equation_of_state`".
+        """
+
     def core(self, reference_density: float, sound_speed: float) -> tuple[str, list[float]]:
         """Kind and parameters for the core; the object's own rho_0 and c win over the arguments."""
         rho0 = self.reference_density or validation.positive("reference_density", reference_density)

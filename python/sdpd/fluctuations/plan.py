@@ -59,7 +59,8 @@ def check_scene(scene: Scene) -> None:
     Raises
     ------
     ValueError
-        Without noise, with walls, with a body force, or with an energy that does not get about.
+        Without noise, with walls, with a body force, with an energy that does not get about, or with
+        a heat capacity that is no constant (the laws of the temperatures are those of one).
     """
     if scene.walls:
         raise ValueError("`scene` must have no walls: the predictions are for periodic boxes")
@@ -74,6 +75,12 @@ def check_scene(scene: Scene) -> None:
         raise ValueError(
             f"`scene` must have {missing} where its fluid has an energy, got none: the particles "
             "would not share their energy"
+        )
+    if active.variable_heat_capacity:
+        raise ValueError(
+            "`scene` must have a fluid with a constant heat capacity, got "
+            f"{type(scene.fluid.equation_of_state).__name__}: the variances of its temperatures "
+            "are not known in closed form"
         )
     if active.body_force:
         raise ValueError("`scene` must be in equilibrium, got one with a body force")

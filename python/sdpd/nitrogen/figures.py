@@ -117,14 +117,14 @@ def _row(found: Measured, name: str) -> Row:
 
 def _point(axis: Any, found: Measured, name: str, *, filled: bool) -> None:
     row, rank = _row(found, name), _rank(found)
-    colour = _COLOURS[rank]
+    colour = _COLOURS[rank] if found.moves else "0.7"
     face = colour if filled else "white"
     x = _place(found)
     value, error = row.measured.value, row.measured.stderr
     axis.errorbar(x, value, error, fmt=_MARKERS[rank], ms=4.5, color=colour, mfc=face)
     if row.published is not None:
         axis.plot(x, row.published, "x", ms=4, color="0.4")
-    if row.expected == row.expected:
+    if found.moves and math.isfinite(row.expected):
         axis.plot(x, row.expected, "_", ms=11, color=colour)
 
 

@@ -107,7 +107,7 @@ class Plan:
         share = min(1.0, MANY_PAIRS / scene.pairs_per_particle) if moves else 0.0
         samples = max(4, round((8 if quick else 40) * share))
         stretches = (16 if moves and not quick else 8) if transport else 0
-        return cls(steps=5 * samples, stretches=stretches, slab=transport and moves)
+        return cls(600 if moves else 300, 5 * samples, stretches, slab=transport and moves)
 
 
 @dataclass(frozen=True)
@@ -141,6 +141,11 @@ class Measured:
     def moves(self) -> bool:
         """Whether particles come to equilibrium in a run."""
         return self.scene.stiffness < FROZEN
+
+    @property
+    def pairs(self) -> bool:
+        """Whether the stiffness is beyond the pairing limit of the kernel."""
+        return self.scene.density_deviation is None
 
     @property
     def conducts(self) -> bool:
@@ -283,9 +288,10 @@ def _transport_rows(case: Case, scene: Scene, found: Transport) -> tuple[Row, ..
         moves,
         largest_error=SHORT_ERROR,
     )
+    caged = found.expected_long if moves else math.nan
     rows = [
         short,
-        Row("D long", "m^2/s", found.long, found.expected_long, case.diffusion, False),
+        Row("D long", "m^2/s", found.long, caged, case.diffusion, False),
         Row("eta", "Pa s", found.viscosity, found.expected_viscosity, case.viscosity, False),
     ]
     if found.conductivity is not None:

@@ -71,6 +71,8 @@ struct Entropy {
     xx: f64,
     xy: f64,
     yy: f64,
+    xxy: f64,
+    xyy: f64,
 }
 
 /// A fluid given by its entropy.
@@ -124,57 +126,75 @@ impl Table {
         Ok(table)
     }
 
-    /// T and c_v are positive at the points and in the middle between them.
+    /// T and c_v are positive at both ends and in the middle of every interval.
     fn check_stability(&self) -> Result<()> {
-        for i in 0..2 * self.densities.count - 1 {
-            for j in 0..2 * self.heats.count - 1 {
-                let [x, y] = [(&self.densities, i), (&self.heats, j)]
-                    .map(|(axis, k)| axis.start + 0.5 * k as f64 * axis.step);
-                let s = self.at(x, y);
-                if !(s.y > 0.0 && s.y > s.yy) {
-                    return Err(Error::Invalid(format!(
-                        "`table` must have positive temperatures and heat capacities, got s_y = {} and s_yy = {} at density {:.6e} and heat {:.6e}",
-                        s.y,
-                        s.yy,
-                        x.exp(),
-                        y.exp()
-                    )));
+        for i in 0..self.densities.count - 1 {
+            for j in 0..self.heats.count - 1 {
+                for (t, u) in [0.0, 0.5, 1.0]
+                    .into_iter()
+                    .flat_map(|t| [0.0, 0.5, 1.0].map(|u| (t, u)))
+                {
+                    let s = self.within([i, j], [t, u]);
+                    if !(s.y > 0.0 && s.y > s.yy) {
+                        let [x, y] = [(&self.densities, i as f64 + t), (&self.heats, j as f64 + u)]
+                            .map(|(axis, at)| (axis.start + at * axis.step).exp());
+                        return Err(Error::Invalid(format!(
+                            "`table` must have positive temperatures and heat capacities, got s_y = {} and s_yy = {} at density {x:.6e} and heat {y:.6e}",
+                            s.y, s.yy
+                        )));
+                    }
                 }
             }
         }
         Ok(())
     }
 
-    fn at(&self, x: f64, y: f64) -> Entropy {
-        let (i, t, beyond_x) = self.densities.locate(x);
-        let (j, u, beyond_y) = self.heats.locate(y);
-        let (dx, dy) = (self.densities.step, self.heats.step);
+    /// s and its derivatives in a cell, at a place from 0 to 1 along both axes.
+    fn within(&self, [i, j]: [usize; 2], [t, u]: [f64; 2]) -> Entropy {
         let (along_x, along_y) = (hermite(t), hermite(u));
         let m = self.heats.count;
         let corners = [
             [i * m + j, i * m + j + 1],
             [(i + 1) * m + j, (i + 1) * m + j + 1],
         ];
+        let (dx, dy) = (self.densities.step, self.heats.step);
         let value = |p: usize, q: usize| {
+            let (v, w) = (along_x[p], along_y[q]);
             let mut sum = 0.0;
             for a in 0..2 {
                 for b in 0..2 {
                     let [s, sx, sy, sxy] = self.entropy[corners[a][b]];
-                    let (v, w) = (along_x[p], along_y[q]);
                     sum +=
                         v[a] * (w[b] * s + w[2 + b] * sy) + v[2 + a] * (w[b] * sx + w[2 + b] * sxy);
                 }
             }
             sum / (dx.powi(p as i32) * dy.powi(q as i32))
         };
-        let (s, s_x, s_y, s_xy) = (value(0, 0), value(1, 0), value(0, 1), value(1, 1));
         Entropy {
-            s: s + beyond_x * s_x + beyond_y * s_y + beyond_x * beyond_y * s_xy,
-            x: s_x + beyond_y * s_xy,
-            y: s_y + beyond_x * s_xy,
-            xx: if beyond_x == 0.0 { value(2, 0) } else { 0.0 },
-            xy: s_xy,
-            yy: if beyond_y == 0.0 { value(0, 2) } else { 0.0 },
+            s: value(0, 0),
+            x: value(1, 0),
+            y: value(0, 1),
+            xx: value(2, 0),
+            xy: value(1, 1),
+            yy: value(0, 2),
+            xxy: value(2, 1),
+            xyy: value(1, 2),
+        }
+    }
+
+    fn at(&self, x: f64, y: f64) -> Entropy {
+        let (i, t, beyond_x) = self.densities.locate(x);
+        let (j, u, beyond_y) = self.heats.locate(y);
+        let s = self.within([i, j], [t, u]);
+        // Straight lines beyond the ends.
+        let inside = |beyond: f64| if beyond == 0.0 { 1.0 } else { 0.0 };
+        Entropy {
+            s: s.s + beyond_x * s.x + beyond_y * s.y + beyond_x * beyond_y * s.xy,
+            x: s.x + beyond_y * s.xy,
+            y: s.y + beyond_x * s.xy,
+            xx: inside(beyond_x) * (s.xx + beyond_y * s.xxy),
+            yy: inside(beyond_y) * (s.yy + beyond_x * s.xyy),
+            ..s
         }
     }
 
@@ -235,19 +255,21 @@ impl Table {
         [v + beyond * w / step, w / step, curvature]
     }
 
-    /// ln h at which `excess`, which gives a value and its slope, has its zero.
+    /// ln h at which `excess`, which gives a value and its slope, has its zero; NaN if none is found.
     fn solve(guess: f64, excess: impl Fn(f64) -> [f64; 2]) -> f64 {
-        let mut y = guess;
+        let (mut y, mut last) = (guess, f64::NAN);
         for _ in 0..60 {
             let [value, slope] = excess(y);
             // Far steps of a curved function are shortened.
             let step = (value / slope).clamp(-2.0, 2.0);
             y -= step;
             if step.abs() < 1e-14 * (1.0 + y.abs()) {
-                break;
+                return y;
             }
+            last = step;
         }
-        y
+        // Rounding may keep it from the last digits.
+        if last.abs() < 1e-10 { y } else { f64::NAN }
     }
 }
 
@@ -392,6 +414,41 @@ pub(super) mod tests {
                 }
             }
         }
+        // All eight regions around the grid.
+        for (rho, t) in [
+            (0.3, 1.0),
+            (3.0, 1.0),
+            (1.0, 0.05),
+            (1.0, 9.0),
+            (0.3, 0.05),
+            (0.3, 9.0),
+            (3.0, 0.05),
+            (3.0, 9.0),
+        ] {
+            let heat = table.heat(rho, t);
+            let s = table.at(rho.ln(), heat.ln());
+            for (x, y) in table
+                .along_heat(rho.ln(), heat.ln())
+                .into_iter()
+                .zip([s.s, s.y, s.yy])
+            {
+                assert!(
+                    (x - y).abs() < 1e-11 * (1.0 + y.abs()),
+                    "{rho} {t}: {x} {y}"
+                );
+            }
+            let step = 1e-5;
+            let slope = |f: &dyn Fn(f64) -> f64| (f(rho + step) - f(rho - step)) / (2.0 * step);
+            let entropy = table.entropy(rho, heat);
+            let adiabat = |rho: f64| table.heat_at_entropy(rho, entropy, heat);
+            let exact = [
+                slope(&|rho| table.pressure(rho, table.heat(rho, t))),
+                slope(&|rho| table.pressure(rho, adiabat(rho))),
+            ];
+            for (x, y) in table.slopes(rho, heat).into_iter().zip(exact) {
+                assert!((x - y).abs() < 1e-6 * (1.0 + y.abs()), "{rho} {t}: {x} {y}");
+            }
+        }
         // A heat below the table has the heat capacity of its end.
         let [t, capacity] = table.temperature_and_capacity(1.0, 0.01);
         assert!((0.01 / t / capacity - 1.0).abs() < 1e-12);
@@ -407,6 +464,20 @@ pub(super) mod tests {
         let mut numbers = sample();
         numbers[2] = 1.0;
         assert!(message(&numbers).contains("2 to 10000 points"));
+        // Stable at the points and half way, but not just before a point.
+        let mut numbers = vec![0.0, 0.5, 8.0, 0.0, 0.5, 8.0];
+        numbers.extend([0.0; 16]);
+        for _ in 0..8 {
+            for k in 0..8 {
+                numbers.extend([
+                    0.5 * f64::from(k),
+                    0.0,
+                    if k == 4 { 1.22 } else { 1.0 },
+                    0.0,
+                ]);
+            }
+        }
+        assert!(message(&numbers).contains("positive temperatures"));
         let mut numbers = sample();
         for k in 0..24 * 60 {
             numbers[6 + 48 + 4 * k + 2] *= -1.0;

@@ -18,6 +18,7 @@ mod links;
 mod metropolis;
 mod pair;
 mod power;
+mod rates;
 #[cfg(test)]
 mod tests;
 
@@ -26,6 +27,7 @@ use std::sync::Arc;
 pub use metropolis::{friction_odds, heat_odds};
 pub use pair::{Ends, FrictionDecay, HeatDecay};
 pub use power::Power;
+pub use rates::{PairState, ThermalRates};
 
 /// Which exchanges there are; chosen by type, so absent ones leave no code behind.
 pub trait Exchanges: Copy + Send + Sync + 'static {

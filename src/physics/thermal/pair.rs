@@ -106,22 +106,35 @@ impl Ends {
     }
 }
 
-/// exp(-x) - 1 for x that is small nearly always, of either sign.
+/// Below that exp(-x) - 1 is a short series.
+const SMALL: f64 = 0.03;
+
+/// exp(-x) - 1 for |x| < SMALL.
+#[inline(always)]
+fn expm1_series(x: f64) -> f64 {
+    let series =
+        1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0))));
+    -x * series
+}
+
+/// exp(-x) - 1 for x >= 0 that is small nearly always.
 #[inline(always)]
 fn expm1_small(x: f64) -> f64 {
-    if x.abs() < 0.03 {
-        let series =
-            1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0))));
-        -x * series
+    if x < SMALL {
+        expm1_series(x)
     } else {
         expm1_negative(x)
     }
 }
 
-/// exp(-x - y) - 1 from exp(-x) - 1 and a y that is small nearly always.
+/// exp(-whole) - 1 from exp(-(whole - more)) - 1, where `more` is small nearly always, of any sign.
 #[inline(always)]
-fn further(decay: f64, y: f64) -> f64 {
-    decay + (1.0 + decay) * expm1_small(y)
+fn further(decay: f64, more: f64, whole: f64) -> f64 {
+    if more.abs() < SMALL {
+        decay + (1.0 + decay) * expm1_series(more)
+    } else {
+        expm1_negative(whole)
+    }
 }
 
 impl ThermalExchange {
@@ -155,7 +168,8 @@ impl ThermalExchange {
         if !(noise && X::HEATING) {
             return decay;
         }
-        self.relaxed_further(decay, 0.5 * ends.inverse_capacity * ends.spread_of() * g)
+        let more = 0.5 * ends.inverse_capacity * ends.spread_of() * g;
+        self.relaxed_further(decay, more, g * (1.0 - ends.share()))
     }
 
     /// The same for a weight that has become `g` since: `early` is that of the decay.
@@ -168,11 +182,12 @@ impl ThermalExchange {
         ends: &Ends,
         noise: bool,
     ) -> FrictionDecay {
-        let mut more = g - early;
+        let (mut more, mut whole) = (g - early, g);
         if noise && X::HEATING {
             more += 0.5 * self.constant.inverse_capacity * early - ends.share() * g;
+            whole -= ends.share() * g;
         }
-        self.relaxed_further(decay, more)
+        self.relaxed_further(decay, more, whole)
     }
 
     /// Decay by friction of a pair at its present energies, from scratch.
@@ -194,7 +209,8 @@ impl ThermalExchange {
         [ends, then]: [&Ends; 2],
     ) -> FrictionDecay {
         if X::HEATING {
-            self.relaxed_further(decay, (ends.share() - then.share()) * g)
+            let more = (ends.share() - then.share()) * g;
+            self.relaxed_further(decay, more, g * (1.0 - then.share()))
         } else {
             decay
         }
@@ -209,10 +225,11 @@ impl ThermalExchange {
     }
 
     #[inline(always)]
-    fn relaxed_further(&self, decay: FrictionDecay, weight: f64) -> FrictionDecay {
+    fn relaxed_further(&self, decay: FrictionDecay, more: f64, whole: f64) -> FrictionDecay {
+        let further = |decay, rate: f64| further(decay, rate * more, rate * whole);
         FrictionDecay {
-            across: further(decay.across, self.rate_across * weight),
-            along: further(decay.along, self.rate_along * weight),
+            across: further(decay.across, self.rate_across),
+            along: further(decay.along, self.rate_along),
         }
     }
 
@@ -240,7 +257,7 @@ impl ThermalExchange {
         noise: bool,
     ) -> HeatDecay {
         let now = g * ends.inverse_capacity;
-        let heat = further(decay, self.heat * (now - early));
+        let heat = further(decay, self.heat * (now - early), self.heat * now);
         let (mut spread, mut loss) = (0.0, 0.0);
         if noise {
             let kept = 1.0 + heat;

@@ -206,7 +206,14 @@ fn links_keep_energy_and_equilibrium() {
 fn decays_brought_up_to_date_are_those_from_scratch() {
     let exchange = coefficients(9.0).exchange(0.2);
     let ends = exchange.ends([11.0, 7.0]);
-    for (early, g) in [(0.4, 0.41), (0.4, 0.33), (0.4, 1.9), (0.4, 0.01)] {
+    for (early, g) in [
+        (0.4, 0.41),
+        (0.4, 0.33),
+        (0.4, 1.9),
+        (0.4, 0.01),
+        (900.0, 0.1),
+        (0.1, 900.0),
+    ] {
         let first = exchange.friction::<Full>(early, true);
         let got = exchange.at_weight::<Full>(first, early, g, &ends, true);
         let want = exchange.friction_at::<Full>(g, &ends, true);
@@ -223,21 +230,21 @@ fn decays_brought_up_to_date_are_those_from_scratch() {
     }
 }
 
-/// Particles whose capacities follow their temperatures, k = k_0 sqrt(T): E = 2 k_0 T^1.5/3 and
-/// S = 2 k_0 sqrt(T).
+/// Particles whose capacities follow their temperatures, k = k_0 (1 + T): E = k_0 (T + T^2/2) and
+/// S = k_0 (ln T + T).
 struct Rising(f64);
 
 impl Rising {
     fn temperature(&self, e: f64) -> f64 {
-        (1.5 * e / self.0).powf(2.0 / 3.0)
+        (1.0 + 2.0 * e / self.0).sqrt() - 1.0
     }
     fn state(&self, e: f64) -> [f64; 2] {
         let t = self.temperature(e);
-        [t, self.0 * t.sqrt()]
+        [t, self.0 * (1.0 + t)]
     }
     fn weight(&self, e: f64) -> f64 {
         let t = self.temperature(e);
-        2.0 * self.0 * t.sqrt() - t.ln()
+        self.0 * (t.ln() + t) - t.ln()
     }
 }
 
@@ -267,7 +274,7 @@ fn moments_on_the_shell(a: &Rising, b: &Rising, total: f64) -> [f64; 3] {
 fn acceptance_makes_the_equilibrium_of_any_pair_exact() {
     for (metropolis, t, tolerance) in [(true, 1.0, 0.01), (true, 0.1, 0.01), (false, 0.03, 0.01)] {
         let exchange = coefficients(1.0).exchange(t);
-        let kinds = [Rising(4.0), Rising(9.0)];
+        let kinds = [Rising(2.0), Rising(5.0)];
         let square = |u: [f64; 3]| u.iter().map(|x| x * x).sum::<f64>();
         let ends = |e: [f64; 2]| Ends::of_states([kinds[0].state(e[0]), kinds[1].state(e[1])]);
         let weight = |e: [f64; 2]| kinds[0].weight(e[0]) + kinds[1].weight(e[1]);
@@ -326,5 +333,55 @@ fn acceptance_makes_the_equilibrium_of_any_pair_exact() {
                 "{metropolis} {t}: {value} {exact}"
             );
         }
+    }
+}
+
+/// A bath brings its temperature to a pair of unequal particles whose capacities follow it: the law of
+/// each is exp(S - E/t) dS, here by quadrature.
+#[test]
+fn a_bath_brings_its_temperature_to_any_pair() {
+    let t = 1.3;
+    let exchange = coefficients(1.0).exchange(0.01);
+    let kinds = [Rising(2.0), Rising(5.0)];
+    let (mut e, n) = ([4.0, 9.0], 1_500_000_u64);
+    let mut sums = [0.0; 4];
+    for step in 0..n {
+        let words = SweepKey::new(2, Stream::PairExchange, step, 0).pair_words(0, 1);
+        let xi = Gaussian::draw_four(words);
+        let ends = |e: [f64; 2]| Ends::of_states([kinds[0].state(e[0]), kinds[1].state(e[1])]);
+        let gain = exchange.bath::<FullGeneral>(1.0, &ends(e), t, Some(xi[0]), false);
+        if e.iter().all(|x| x + gain > 0.0) {
+            e = e.map(|x| x + gain);
+        }
+        let here = ends(e);
+        let gain = here.conduct(&exchange.heat_at(1.0, &here, true), xi[1], true);
+        if e[0] + gain > 0.0 && e[1] > gain {
+            e = [e[0] + gain, e[1] - gain];
+        }
+        for (sum, value) in sums.iter_mut().zip([e[0], e[0] * e[0], e[1], e[1] * e[1]]) {
+            *sum += value / n as f64;
+        }
+    }
+    for (k, kind) in kinds.iter().enumerate() {
+        let mut moments = [0.0; 3];
+        for cell in 0..60_000 {
+            let x = 1e-3 * (f64::from(cell) + 0.5);
+            let weight = (kind.weight(x) - x / t).exp();
+            for (sum, value) in moments.iter_mut().zip([1.0, x, x * x]) {
+                *sum += weight * value;
+            }
+        }
+        // Memory of some 60 steps: errors of .3 and .6 %.
+        let (mean, square) = (moments[1] / moments[0], moments[2] / moments[0]);
+        assert!(
+            (sums[2 * k] / mean - 1.0).abs() < 0.012,
+            "{k} {} {mean}",
+            sums[2 * k]
+        );
+        assert!(
+            (sums[2 * k + 1] / square - 1.0).abs() < 0.025,
+            "{k} {}",
+            sums[2 * k + 1] / square
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! The same physics as in `thermal.rs` as forces and rates of heat at one instant, for an integrator
+//! The same physics as forces and rates of heat at one instant, for an integrator
 //! that adds them up; the only place where they are formed. Masses are 1, kB = 1.
 //!
 //! Force on i and heat to i of one pair, u = v_i - v_j, Tm = 2 Ti Tj/(Ti + Tj), k = C/kB:
@@ -14,7 +14,7 @@
 
 use std::sync::Arc;
 
-use super::thermal::{Exchanges, PairThermal, Power};
+use super::{Exchanges, PairThermal, Power};
 
 /// What a pair knows of its two particles.
 #[derive(Debug, Clone, Copy)]
