@@ -76,6 +76,7 @@ def warmed(
     """A system of `build` or of the wall tests with temperatures spread about 1."""
     known = {part.name: getattr(system, part.name) for part in fields(system)}
     rubs = not exchanges.startswith(("conduction", "adiabatic"))
+    follows = exchanges.endswith(FOLLOWING) and not exchanges.startswith("bath")
     known["friction"] = system.friction if rubs else "none"
     known["noise"] = "none" if exchanges == "adiabatic" else system.noise
     rng = np.random.default_rng([system.seed, 99])
@@ -84,7 +85,7 @@ def warmed(
         temperatures=1.0 + spread * rng.uniform(-1.0, 1.0, system.size),
         caloric=caloric(eos, capacity),
         conductivity=conductivity if "cond" in exchanges or "full" in exchanges else 0.0,
-        exponents=exponents if exchanges.endswith(FOLLOWING) else (0.0, 0.0),
+        exponents=exponents if follows else (0.0, 0.0),
         reference_temperature=1.2,
         exchanges=exchanges,
         bookkeeping=bookkeeping,
