@@ -5,6 +5,7 @@ Reduced units as in build.py: m, dx and k_B T at the reference state are 1, k = 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import sdpd
 from sdpd._core import Core
 
 from .build import problem
@@ -19,6 +21,7 @@ from .test_walls_against_twin import EDGE, Geometry, numbers
 from .test_walls_against_twin import problem as wall_problem
 from .twin import System
 from .twin.caloric import Caloric
+from .twin.table import Table
 from .twin.thermal import ThermalSystem, WallHeat
 from .twin.thermal_splitting import Accounts, thermal_splitting_step
 from .twin.walls import NO_EDGE, Shaped
@@ -27,11 +30,32 @@ Array = NDArray[np.float64]
 
 GAS_CONSTANT = 60.0  # X = m c^2/kT of the isotherm
 EXCHANGES = ("full", "heating", "conduction", "bath", "bath_conduction", "adiabatic")
+FOLLOWING = ("variable", "general", "metropolis")
 VARIABLE = ("full_variable", "heating_variable", "conduction_variable")
 
 
+def helmholtz(rho: Array, t: Array, capacity: float) -> Array:
+    """f of c_v = k (1 + T)(1 + 1.2 ln rho)/2; P has 60 rho T and what c_v(rho) brings along."""
+    warming = 0.5 * capacity * (1.0 + 1.2 * np.log(rho))
+    return warming * (t - 0.5 * t * t - t * np.log(t)) + GAS_CONSTANT * t * np.log(rho)
+
+
+@functools.cache
+def tabulated(capacity: float) -> Table:
+    """A table of `helmholtz`, coarse so that particles find themselves in many of its meshes."""
+    law = sdpd.eos.EnergyTable.from_helmholtz(
+        lambda rho, t: helmholtz(rho, t, capacity),
+        densities=(0.5, 2.2),
+        temperatures=(0.1, 4.0),
+        points=(16, 24),
+    )
+    return Table("table", law._numbers())
+
+
 def caloric(kind: str, capacity: float) -> Caloric:
-    """An ideal gas, or a liquid that expands, with a heat capacity C/k_B per particle."""
+    """An ideal gas, or a liquid that expands, C/k_B per particle; or a table."""
+    if kind == "table":
+        return tabulated(capacity)
     if kind == "ideal_gas":
         return Caloric("ideal_gas", [GAS_CONSTANT, capacity, 0.3])
     return Caloric("liquid", [capacity, 5.0, 1.1, 1.0, 9.0, 7.0, 2.0], "tait")
@@ -51,7 +75,8 @@ def warmed(
 ) -> ThermalSystem:
     """A system of `build` or of the wall tests with temperatures spread about 1."""
     known = {part.name: getattr(system, part.name) for part in fields(system)}
-    rubs = exchanges not in ("conduction", "conduction_variable", "adiabatic")
+    rubs = not exchanges.startswith(("conduction", "adiabatic"))
+    follows = exchanges.endswith(FOLLOWING) and not exchanges.startswith("bath")
     known["friction"] = system.friction if rubs else "none"
     known["noise"] = "none" if exchanges == "adiabatic" else system.noise
     rng = np.random.default_rng([system.seed, 99])
@@ -60,7 +85,7 @@ def warmed(
         temperatures=1.0 + spread * rng.uniform(-1.0, 1.0, system.size),
         caloric=caloric(eos, capacity),
         conductivity=conductivity if "cond" in exchanges or "full" in exchanges else 0.0,
-        exponents=exponents if exchanges.endswith("variable") else (0.0, 0.0),
+        exponents=exponents if follows else (0.0, 0.0),
         reference_temperature=1.2,
         exchanges=exchanges,
         bookkeeping=bookkeeping,
@@ -205,6 +230,7 @@ __all__ = [
     "advanced",
     "core_energy",
     "differences",
+    "helmholtz",
     "orders",
     "replace",
     "thermal_core",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +12,36 @@ from numpy.typing import NDArray
 from .states import pressure, specific_potential
 
 Array = NDArray[np.float64]
+
+
+class Law:
+    """What a particle of one density is, per mass, from its heat h = e - e_c."""
+
+    def state(self, heat: float) -> tuple[float, float]:
+        """T and c_v."""
+        raise NotImplementedError
+
+    def entropy(self, heat: float) -> float:
+        raise NotImplementedError
+
+    def heat(self, temperature: float) -> float:
+        raise NotImplementedError
+
+
+class ConstantLaw(Law):
+    """h = c_v T."""
+
+    def __init__(self, capacity: float, constant: float) -> None:
+        self.capacity, self.constant = capacity, constant
+
+    def state(self, heat: float) -> tuple[float, float]:
+        return heat / self.capacity, self.capacity
+
+    def entropy(self, heat: float) -> float:
+        return self.constant + self.capacity * math.log(heat / self.capacity)
+
+    def heat(self, temperature: float) -> float:
+        return self.capacity * temperature
 
 
 @dataclass(frozen=True)
@@ -29,6 +61,22 @@ class Caloric:
     def heat_capacity(self) -> float:
         """c_v."""
         return self.parameters[1 if self.kind == "ideal_gas" else 0]
+
+    def laws(self, rho: Array) -> Sequence[Law]:
+        """Of particles, one by one."""
+        constants = self.entropy(rho, np.ones_like(rho)).tolist()
+        return [ConstantLaw(self.heat_capacity, constant) for constant in constants]
+
+    def heats(self, rho: Array, temperature: Array) -> Array:
+        """h."""
+        rows = zip(self.laws(rho), temperature.tolist(), strict=True)
+        return np.array([law.heat(t) for law, t in rows])
+
+    def states(self, rho: Array, heat: Array) -> tuple[Array, Array]:
+        """T and c_v."""
+        rows = zip(self.laws(rho), heat.tolist(), strict=True)
+        t, capacity = np.array([law.state(h) for law, h in rows]).T
+        return t, capacity
 
     def pressure(self, rho: Array, temperature: Array) -> Array:
         if self.kind == "ideal_gas":

@@ -17,6 +17,7 @@ STREAMS = {
     "initial_velocity": 3,
     "initial_position": 4,
     "pair_thermal": 5,
+    "pair_acceptance": 6,
     "pair_thermal_force": 7,
 }
 
@@ -85,6 +86,14 @@ def variates_of_words(words: Words, variate: str, dimension: int) -> Array:
     return z.reshape(len(w), 4)[:, :dimension]
 
 
+def pair_words(seed: int, stream: str, step: int, draw: int, id_a: Words, id_b: Words) -> Words:
+    """Philox words (n, 4) of the pairs."""
+    counter = pair_counters(stream, step, draw, id_a, id_b)
+    key = np.empty((len(counter), 2), dtype=np.uint64)
+    key[:] = seed & 0xFFFFFFFF, (seed >> 32) & 0xFFFFFFFF
+    return philox4x32(counter, key)
+
+
 def pair_variates(
     seed: int,
     stream: str,
@@ -96,7 +105,5 @@ def pair_variates(
     dimension: int,
 ) -> Array:
     """Variates (n, dimension) of the pairs, up to four, the same for (a, b) and (b, a)."""
-    counter = pair_counters(stream, step, draw, id_a, id_b)
-    key = np.empty((len(counter), 2), dtype=np.uint64)
-    key[:] = seed & 0xFFFFFFFF, (seed >> 32) & 0xFFFFFFFF
-    return variates_of_words(philox4x32(counter, key), variate, dimension)
+    words = pair_words(seed, stream, step, draw, id_a, id_b)
+    return variates_of_words(words, variate, dimension)

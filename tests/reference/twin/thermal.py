@@ -6,6 +6,7 @@ Everything is in the user's units: m, k_B, C = m c_v and temperatures appear as 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from .caloric import Caloric
 from .kernels import force_factor, kernel_value
-from .noise import pair_variates
+from .noise import pair_variates, pair_words
 from .system import Indices, System
 from .walls import Links, WallSystem
 
@@ -35,6 +36,7 @@ class Contact(NamedTuple):
     bath: float | None = None  # temperature of the bath behind an isothermal wall
     walls: tuple[int, ...] = ()
     rough: bool = True  # is there friction?
+    chance: Vector | None = None  # ln of what decides about friction and conduction
 
     @property
     def own(self) -> bool:
@@ -58,8 +60,24 @@ class ThermalSystem(WallSystem):
 
     @property
     def capacity(self) -> float:
-        """C of a particle."""
+        """C of a particle, where all have the same."""
         return self.mass * self.caloric.heat_capacity
+
+    @cached_property
+    def capacities(self) -> Array:
+        """C of each particle."""
+        rho = self.densities
+        return self.mass * self.caloric.states(rho, self.thermal / self.mass)[1]
+
+    @property
+    def variable(self) -> bool:
+        """Do viscosity and conductivity follow the temperature?"""
+        return self.exchanges.endswith(("variable", "general", "metropolis"))
+
+    @property
+    def decides(self) -> bool:
+        """Are exchanges accepted or rejected?"""
+        return self.exchanges.endswith("metropolis")
 
     @property
     def rubs(self) -> bool:
@@ -82,9 +100,14 @@ class ThermalSystem(WallSystem):
     def pressures(self) -> Array:
         return self.caloric.pressure(self.densities, self.temperatures)
 
+    @cached_property
+    def thermal(self) -> Array:
+        """Energies without the cold one, C T where C is a constant."""
+        return self.mass * self.caloric.heats(self.densities, self.temperatures)
+
     @property
     def internal_energies(self) -> Array:
-        return self.mass * self.caloric.cold(self.densities) + self.capacity * self.temperatures
+        return self.mass * self.caloric.cold(self.densities) + self.thermal
 
     @property
     def entropies(self) -> Array:
@@ -94,8 +117,8 @@ class ThermalSystem(WallSystem):
         return self.kinetic_energy() + float(self.internal_energies.sum())
 
     def heated(self, heat: Array) -> ThermalSystem:
-        """The same with thermal energies C T = `heat`."""
-        return replace(self, temperatures=heat / self.capacity)
+        """The same with thermal energies `heat`."""
+        return replace(self, temperatures=self.caloric.states(self.densities, heat / self.mass)[0])
 
     def conservative(self) -> Array:
         """Forces of the pressure, the body force included."""
@@ -148,11 +171,16 @@ class ThermalSystem(WallSystem):
         sign = np.where(ids[p.i] < ids[p.j], 1.0, -1.0)[:, None]
         xi = (sign * self.four(p.i, p.j, step, half)).tolist()
         g, units, still = self.coupling(p).tolist(), p.unit.tolist(), [0.0] * self.dimension
-        near = np.flatnonzero(p.distance < self.support)
-        return [
+        near = np.flatnonzero(p.distance < self.support).tolist()
+        contacts = [
             Contact(int(p.i[k]), int(p.j[k]), -1.0, g[k], [(units[k], 1.0)], still, xi[k])
             for k in near
         ]
+        if not self.decides:
+            return contacts
+        words = pair_words(self.seed, "pair_acceptance", step, half, ids[p.i], ids[p.j])
+        chance = np.log((words[near, :2] + 0.5) * 2.0**-32).tolist()
+        return [c._replace(chance=x) for c, x in zip(contacts, chance, strict=True)]
 
     def wall_contacts(self, order: NDArray[np.int64], step: int, half: int) -> list[Contact]:
         """Links (i, j, label) in that order, then own images, those of a particle by label."""

@@ -1,8 +1,9 @@
 """Velocity Verlet with energies, one step at a time.
 
 E form of the Ito equations (Espanol and Revenga 2003): of a pair, with X = Ti Tj/(Ti + Tj) and
-phi_i = dphi/dT_i, f = -[(1 - c) phi + k_B X (phi_i/C + phi_j/C)] G u, <dF dF> = 4 k_B X phi G dt,
-dE_i = -u.(f dt + dF)/2 + 2 kappa g [chi (Tj - Ti) + k_B Ti Tj (chi_i/C - chi_j/C)] dt + dq. The
+phi_i = dphi/dT_i, f = -[(1 - c) phi + k_B X (phi_i/Ci + phi_j/Cj)] G u, <dF dF> = 4 k_B X phi G dt,
+c = Ti Tj/(Ti + Tj)^2 (k_B/Ci + k_B/Cj),
+dE_i = -u.(f dt + dF)/2 + 2 kappa g [chi (Tj - Ti) + k_B Ti Tj (chi_i/Ci - chi_j/Cj)] dt + dq. The
 product u.dF is that of the mean of both ends of the step (Stratonovich), which holds Ito's term
 -2 k_B X tr G/m; the widths of dF and dq are those of the temperatures at its start (Ito).
 """
@@ -41,12 +42,13 @@ def friction(system: ThermalSystem, step: int, cold: Array) -> Array:
     s, p = system, system.pairs
     (a, b), g = s.across_along, s.coupling(p)
     ti, tj = s.temperatures[p.i], s.temperatures[p.j]
-    k, capacity = s.boltzmann_constant, s.capacity
+    k, capacities = s.boltzmann_constant, s.capacities
+    ci, cj = capacities[p.i], capacities[p.j]
     reduced = ti * tj / (ti + tj)
     factor, slope = power_law(s, ti, tj, s.exponents[0])
     if s.noisy and s.heats:
-        c = ti * tj / (ti + tj) ** 2 * (k / capacity + k / capacity)
-        factor = (1.0 - c) * factor + k * reduced * (slope / capacity + slope / capacity)
+        c = ti * tj / (ti + tj) ** 2 * (k / ci + k / cj)
+        factor = (1.0 - c) * factor + k * reduced * (slope / ci + slope / cj)
     u = s.velocities[p.i] - s.velocities[p.j]
     along = np.sum(p.unit * u, axis=1, keepdims=True)
     force = -(factor * g)[:, None] * (a * u + b * along * p.unit)
@@ -68,8 +70,8 @@ def conduction(system: ThermalSystem, step: int, cold: Array) -> Array:
     chi, slope = power_law(s, ti, tj, s.exponents[1])
     heat = -2.0 * kappa * chi * (ti - tj)
     if s.noisy:
-        k = s.boltzmann_constant
-        heat += 2.0 * k * kappa * ti * tj * (slope / s.capacity - slope / s.capacity)
+        k, capacities = s.boltzmann_constant, s.capacities
+        heat += 2.0 * k * kappa * ti * tj * slope * (1.0 / capacities[p.i] - 1.0 / capacities[p.j])
         ti, tj = cold[p.i], cold[p.j]
         chi, _ = power_law(s, ti, tj, s.exponents[1])
         xi = variates(s, p, step)[:, 3]
@@ -97,7 +99,7 @@ def rates(system: ThermalSystem, step: int, cold: Array) -> tuple[Array, Array]:
 
 def given(system: ThermalSystem, heat: Array, accounts: Accounts) -> tuple[ThermalSystem, Array]:
     """The system with that much more energy, and what was given: none that would leave none."""
-    thermal = system.capacity * system.temperatures
+    thermal = system.thermal
     refused = thermal + heat <= 0.0
     accounts.refused += int(refused.sum())
     accounts.unbooked -= float(heat[refused].sum())
@@ -142,8 +144,9 @@ def thermal_verlet_step(
     moved = replace(fast, positions=fast.positions + fast.dt * fast.velocities)
     adiabat = moved.caloric.temperature(moved.densities, entropies)
     moved = replace(moved, temperatures=adiabat)
-    ahead = np.where(moved.capacity * adiabat + part > 0.0, part, 0.0) / moved.capacity
-    predictor = replace(moved, velocities=moved.velocities + gain, temperatures=adiabat + ahead)
+    warm = moved.thermal
+    predictor = moved.heated(np.where(warm + part > 0.0, warm + part, warm))
+    predictor = replace(predictor, velocities=moved.velocities + gain)
     second, heat = rates(predictor, step, cold)
     end = kicked(moved, second, books)
     end, rest = given(end, half * heat, books)
@@ -156,7 +159,7 @@ def thermal_verlet_step(
         work += unaccounted(system, predictor, first, second)
     energy = system.internal_energies + part + rest - work
     booked = energy - end.mass * end.caloric.cold(end.densities)
-    stands, kept = booked <= 0.0, end.capacity * end.temperatures
+    stands, kept = booked <= 0.0, end.thermal
     books.discarded += float(np.sum(np.where(stands, 0.0, kept - booked)))
     books.unbooked += float(np.sum(np.where(stands, kept - booked, 0.0)))
     return end.heated(np.where(stands, kept, booked))
