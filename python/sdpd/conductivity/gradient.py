@@ -62,7 +62,8 @@ def imposed_gradient(
     -------
     Estimate
         kappa at the temperature of the fluid [energy/(time temperature length^(D-2))]: mean heat
-        through both plates over the gradient in the middle half of the slab.
+        through both plates over the gradient in the middle half of the slab; where kappa goes as
+        T^n, over that of T0/(n + 1) (T/T0)^(n + 1).
 
     Raises
     ------
@@ -108,7 +109,9 @@ def imposed_gradient(
     sim.run(time=whole, progress=False)
     number = max(whole / sim.dt, least / (slab.n_particles * slab.pairs_per_particle))
     every = max(SLOPE_EVERY, round(number / blocks / SLOPE_EVERY) * SLOPE_EVERY)
-    forces, inside = WallForces(every=every), _Slope(d - 1, width, every=SLOPE_EVERY)
+    exponent = fluid.conductivity_exponent if slab.active_effects.variable_transport else 0.0
+    inside = _Slope(d - 1, width, reference=t0, exponent=exponent, every=SLOPE_EVERY)
+    forces = WallForces(every=every)
     sim.run(steps=blocks * every, observe=[forces, inside], progress=False)
     table = np.asarray(forces.heat_flux[-blocks:])
     flux = 0.5 * (table[:, 0] - table[:, 1])
@@ -119,18 +122,26 @@ def imposed_gradient(
 
 
 class _Slope(Observer):
-    """Gradient of the temperature of the particles in the middle half of the slab."""
+    """Gradient of theta in the middle half of the slab.
+
+    theta = T0/(n + 1) (T/T0)^(n + 1), by Kirchhoff: kappa(T0) theta' is the flux of heat where
+    kappa goes as T^n, whatever the difference; n = 0 is the temperature itself.
+    """
 
     may_write: ClassVar[bool] = False
 
-    def __init__(self, axis: int, width: float, *, every: int) -> None:
+    def __init__(
+        self, axis: int, width: float, *, reference: float, exponent: float, every: int
+    ) -> None:
         super().__init__(every=every)
         self._axis, self._width = axis, width
+        self._reference, self._power = reference, exponent + 1.0
         self.values: list[float] = []
 
     def sample(self, sim: Simulation) -> None:
         z = np.asarray(sim.positions[:, self._axis]) / self._width
         middle = np.abs(z - 0.5) < 0.25
         place = z[middle] - z[middle].mean()
-        warm = np.asarray(sim.temperatures)[middle]
+        warm = (np.asarray(sim.temperatures)[middle] / self._reference) ** self._power
+        warm *= self._reference / self._power
         self.values.append(float(place @ warm / (place @ place)) / self._width)

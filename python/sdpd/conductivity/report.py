@@ -116,7 +116,8 @@ def _words(study: Study, bound: float) -> str:
     about = (
         "Parts alone leave out their correlations with the others. Green-Kubo is the same data as "
         "the Helfand moment. Sum and decay on the lattice are those of a wave 16 spacings long. "
-        "The accuracy is what the layers next to the plates may change."
+        "The accuracy is what the layers next to the plates may change, and what particles off the "
+        "lattice may."
     )
     if study.passed:
         verdict = (

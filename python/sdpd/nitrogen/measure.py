@@ -27,7 +27,8 @@ Array = NDArray[np.float64]
 
 BLOCKS = 32
 # In standard errors, with 31 degrees of freedom: p = 4e-4, and 0.03 that any of the judged rows,
-# seven in each of the twelve cases whose particles move, is beyond it (Bonferroni).
+# seven in each of the twelve cases whose particles move, is beyond it (Bonferroni; three of the
+# seven are one statistic, and self-diffusion at short times has fewer blocks: 0.09 if `quick`).
 LARGEST_T = 4.0
 LARGEST_ERROR = 0.007  # relative, of what is judged
 SHORT_ERROR = 0.03  # likewise of the short-time self-diffusion
