@@ -1,7 +1,8 @@
 """Sound and heat of a gas like nitrogen and of a liquid, gamma = 1.05, with and without an energy.
 
 With an energy sound is adiabatic, without one isothermal. The fits of each study agree with its
-theory within the accuracy that it states for mean field (several standard errors), and the squared ratio of both speeds is gamma as far as the kernel sees the wave.
+theory within the accuracy that it states for mean field (several standard errors), and the squared
+ratio of both speeds is gamma as far as the kernel sees the wave.
 """
 
 from __future__ import annotations
