@@ -282,10 +282,8 @@ impl Thermal {
         if self.constant {
             return [heat / self.pair.capacity, self.pair.capacity];
         }
-        let [t, c] = self
-            .eos
-            .temperature_and_capacity(d * self.to_density, heat / self.from_specific);
-        [t / self.kelvin, c * self.kelvin * self.from_specific]
+        let mark = self.eos.mark(d * self.to_density);
+        self.states().at(mark, heat)
     }
 
     /// Thermal energy of a temperature [user].
@@ -450,7 +448,7 @@ impl Thermal {
     pub fn renew_factors(&mut self, particles: &Particles) {
         let mut factors = std::mem::take(&mut self.factors);
         let heat = &particles.scalars[self.fields.heat].values;
-        let [per_kelvin, per_capacity] = [1.0 / self.kelvin, self.kelvin * self.from_specific];
+        let states = self.states();
         factors
             .par_iter_mut()
             .zip(heat.par_iter())
@@ -458,8 +456,8 @@ impl Thermal {
             .with_min_len(GRAIN)
             .for_each(|((factors, &heat), &d)| {
                 let mark = self.eos.mark(d * self.to_density);
-                let [t, c] = self.eos.state_at(mark, heat / self.from_specific);
-                let [eta, kappa] = self.pair.factors(t * per_kelvin, c * per_capacity);
+                let [t, k] = states.at(mark, heat);
+                let [eta, kappa] = self.pair.factors(t, k);
                 *factors = [eta, kappa, mark];
             });
         self.factors = factors;

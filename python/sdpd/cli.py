@@ -128,22 +128,18 @@ def _correlations(options: argparse.Namespace) -> int:
 def _viscosity(options: argparse.Namespace) -> int:
     from sdpd import viscosity
 
-    study = viscosity.run_viscosity(
-        _scene(options.scene),
-        dt="auto" if options.dt is None else options.dt,
-        particles=options.particles,
-        seed=options.seed,
-        time_factor=options.time_factor,
-        quick=options.quick,
-        progress=False if options.no_progress else None,
-    )
-    return _shown(viscosity, study, options.output)
+    return _coefficient(viscosity, viscosity.run_viscosity, options)
 
 
 def _conductivity(options: argparse.Namespace) -> int:
     from sdpd import conductivity
 
-    study = conductivity.run_conductivity(
+    return _coefficient(conductivity, conductivity.run_conductivity, options)
+
+
+def _coefficient(package: Any, run: Callable[..., Any], options: argparse.Namespace) -> int:
+    """Measure a transport coefficient of a scene and show it."""
+    study = run(
         _scene(options.scene),
         dt="auto" if options.dt is None else options.dt,
         particles=options.particles,
@@ -152,7 +148,7 @@ def _conductivity(options: argparse.Namespace) -> int:
         quick=options.quick,
         progress=False if options.no_progress else None,
     )
-    return _shown(conductivity, study, options.output)
+    return _shown(package, study, options.output)
 
 
 def _channel(options: argparse.Namespace) -> int:

@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["BLUE", "GREEN", "ORANGE", "PURPLE", "SKY", "VERMILION", "figure_or_new", "save"]
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
+
+__all__ = [
+    "BLUE",
+    "GREEN",
+    "ORANGE",
+    "PURPLE",
+    "SKY",
+    "VERMILION",
+    "figure_or_new",
+    "finish",
+    "save",
+]
 
 # Okabe and Ito, told apart by colour-blind readers, too
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
@@ -21,6 +34,26 @@ def figure_or_new(figure: Any, size: tuple[float, float]) -> Any:
     from matplotlib import pyplot as plt
 
     return plt.figure(figsize=size, layout="constrained")
+
+
+def finish(
+    figure: Any,
+    panels: Iterable[Any],
+    sample: Scene,
+    *more: str,
+    note: str = "bars: one standard error",
+) -> None:
+    """Grids behind the curves, and a title: the scene that was run, `more` of it, and a note."""
+    for axes in panels:
+        axes.grid(color="0.9", linewidth=0.7)
+        axes.set_axisbelow(True)
+    title = (
+        f"{sample.n_particles} particles in {sample.dimension}D",
+        sample.resolution.kernel.replace("_", " "),
+        f"h/dx = {sample.resolution.support:g}",
+        *more,
+    )
+    figure.suptitle(", ".join(title) + f"; {note}", fontsize=10)
 
 
 def save(

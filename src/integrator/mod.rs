@@ -3,6 +3,7 @@
 
 mod pair_splitting;
 mod thermal_splitting;
+mod thermal_sweeps;
 mod thermal_verlet;
 mod velocity_verlet;
 

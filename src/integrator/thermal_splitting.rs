@@ -6,72 +6,14 @@
 
 use std::marker::PhantomData;
 
-use super::{
-    ForceParts, Integrator, Source, conservative_forces, densities, drift, force_parts,
-    mean_friction_weight,
-};
-use crate::error::{Error, Result};
+use super::thermal_sweeps::KernelSweeps;
+use super::{ForceParts, Integrator, Source, drift};
+use crate::error::Result;
 use crate::kernel::Kernel;
 use crate::physics::{Exchanges, FrictionForm};
-use crate::random::{Silent, Stream, SweepKey, Variate};
+use crate::random::{Stream, SweepKey, Variate};
 use crate::simulation::Engine;
-use crate::sweep::{
-    Direction, Slopes, ThermalSweep, pair_work, slopes, thermal_exchange, wall_work,
-};
-
-/// The sweeps of one kernel: they are the same for every exchange, and every thermal integrator.
-#[derive(Clone, Copy)]
-pub(super) struct KernelSweeps {
-    pub densities: fn(&mut Engine),
-    pub forces: fn(&mut Engine),
-    pub work: fn(&mut Engine),
-    pub parts: fn(&mut Engine, f64, u64, Source) -> ForceParts,
-    pub weight: fn(&Engine) -> f64,
-    pub slopes: Slopes,
-    pub slope: fn(f64) -> f64,
-}
-
-fn work<K: Kernel, const D: usize>(engine: &mut Engine) {
-    let Engine {
-        particles,
-        grid,
-        list,
-        cell,
-        walls,
-        thermal,
-        ..
-    } = engine;
-    if let Some(thermal) = thermal {
-        let current = thermal.current.as_mut();
-        pair_work::<K, D>(particles, thermal.fields.work, grid, list, cell, current);
-        wall_work::<K, D>(particles, thermal.fields.work, walls, grid);
-    }
-}
-
-/// The error of a particle whose temperature is not finite and positive, if there is one.
-pub(super) fn cold(engine: &Engine) -> Option<Error> {
-    let thermal = engine.thermal.as_ref()?;
-    let slot = thermal.check(&engine.particles)?;
-    Some(Error::NotFinite {
-        step: engine.step,
-        id: engine.particles.id[slot],
-        quantity: "temperature",
-    })
-}
-
-impl KernelSweeps {
-    pub fn of<K: Kernel, F: FrictionForm, const D: usize>() -> Self {
-        Self {
-            densities: densities::<K, D>,
-            forces: conservative_forces::<K, D>,
-            work: work::<K, D>,
-            parts: force_parts::<K, F, Silent, D>,
-            weight: mean_friction_weight::<K, D>,
-            slopes: slopes::<K, D>,
-            slope: K::f::<D>,
-        }
-    }
-}
+use crate::sweep::{Direction, ThermalSweep, thermal_exchange};
 
 /// The thermal splitting; see the module.
 pub struct ThermalSplitting<X, V, const D: usize> {
@@ -121,14 +63,6 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
         thermal_exchange::<X, V, D>(particles, walls, thermal, &sweep, tally.as_mut());
     }
 
-    /// Pressures of the present temperatures, and forces.
-    fn forces(&self, engine: &mut Engine) {
-        if let Some(thermal) = &engine.thermal {
-            thermal.pressures(&mut engine.particles);
-        }
-        (self.sweeps.forces)(engine);
-    }
-
     /// v += t f, with the books.
     fn kick(&self, engine: &mut Engine, t: f64) {
         if engine.thermal.as_ref().is_some_and(|it| it.bookkeeping) {
@@ -145,7 +79,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
     fn advance(&self, engine: &mut Engine, dt: f64) -> Result<()> {
         let started = engine.step;
         self.exchange(engine, 0.5 * dt, started, Direction::Forward);
-        self.forces(engine);
+        self.sweeps.pressure_forces(engine);
         if let Some(thermal) = &engine.thermal {
             thermal.open(&mut engine.particles);
         }
@@ -159,7 +93,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
         if let Some(thermal) = &engine.thermal {
             thermal.follow_adiabat(&mut engine.particles);
         }
-        self.forces(engine);
+        self.sweeps.pressure_forces(engine);
         self.kick(engine, 0.5 * dt);
         match &mut engine.thermal {
             Some(thermal) if thermal.bookkeeping => thermal.close(&mut engine.particles),
@@ -172,25 +106,13 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
 
 impl<X: Exchanges, V: Variate, const D: usize> Integrator for ThermalSplitting<X, V, D> {
     fn refresh(&self, engine: &mut Engine, _: f64) -> Result<()> {
-        (self.sweeps.densities)(engine);
-        self.forces(engine);
+        self.sweeps.refresh(engine);
         Ok(())
     }
 
     fn run(&self, engine: &mut Engine, steps: u64, dt: f64) -> Result<()> {
-        for _ in 0..steps {
-            // A particle without energy makes velocities that are no numbers: say what came first.
-            if let Err(error) = self.advance(engine, dt) {
-                return Err(cold(engine).unwrap_or(error));
-            }
-            if let Some(error) = cold(engine) {
-                return Err(error);
-            }
-            engine.observe_thermal(dt);
-        }
-        // What the arrays show belongs together: pressures and forces are those of the energies.
-        self.forces(engine);
-        Ok(())
+        self.sweeps
+            .run(engine, steps, dt, |engine| self.advance(engine, dt))
     }
 
     fn rebuild(&self, engine: &mut Engine, renew_grid: bool) -> Result<()> {

@@ -19,7 +19,7 @@ use std::marker::PhantomData;
 
 use rayon::prelude::*;
 
-use super::thermal_splitting::{KernelSweeps, cold};
+use super::thermal_sweeps::KernelSweeps;
 use super::{ForceParts, Integrator, Source, drift};
 use crate::error::Result;
 use crate::kernel::Kernel;
@@ -249,36 +249,17 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalVerlet<X, V, D> {
         }
         Ok(())
     }
-
-    /// Pressures of the present temperatures, and their forces.
-    fn pressure_forces(&self, engine: &mut Engine) {
-        if let Some(thermal) = &engine.thermal {
-            thermal.pressures(&mut engine.particles);
-        }
-        (self.sweeps.forces)(engine);
-    }
 }
 
 impl<X: Exchanges, V: Variate, const D: usize> Integrator for ThermalVerlet<X, V, D> {
     fn refresh(&self, engine: &mut Engine, _: f64) -> Result<()> {
-        (self.sweeps.densities)(engine);
-        self.pressure_forces(engine);
+        self.sweeps.refresh(engine);
         Ok(())
     }
 
     fn run(&self, engine: &mut Engine, steps: u64, dt: f64) -> Result<()> {
-        for _ in 0..steps {
-            if let Err(error) = self.advance(engine, dt) {
-                return Err(cold(engine).unwrap_or(error));
-            }
-            if let Some(error) = cold(engine) {
-                return Err(error);
-            }
-            engine.observe_thermal(dt);
-        }
-        // What the arrays show belongs together: forces are those of the pressures alone.
-        self.pressure_forces(engine);
-        Ok(())
+        self.sweeps
+            .run(engine, steps, dt, |engine| self.advance(engine, dt))
     }
 
     fn rebuild(&self, engine: &mut Engine, renew_grid: bool) -> Result<()> {

@@ -48,18 +48,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
     /// Fills the lanes from the list; returns how many are in use, 0 at the end of the list.
     #[inline(always)]
     fn gather(&self, lanes: &mut Lanes, walk: &mut Walk) -> usize {
-        let mut count = 0;
-        // Stop before the free lanes become too few to be worth a pass.
-        while CHUNK - count >= 16 {
-            let free = CHUNK - count;
-            let taken = walk.next_pairs(self.block, free, |head, _, partners| {
-                count = self.gather_row(lanes, count, head, partners);
-            });
-            if taken < free {
-                break;
-            }
-        }
-        count
+        walk.fill(self.block, |count, head, partners| {
+            self.gather_row(lanes, count, head, partners)
+        })
     }
 
     #[inline(always)]

@@ -143,6 +143,28 @@ impl Walk {
         (stop - begin) as usize
     }
 
+    /// Fills the lanes of a chunk: `row(lanes in use, head, partners)` puts the pairs of a row into
+    /// lanes and returns how many are then in use. Returns that at the end of the chunk.
+    #[inline(always)]
+    pub(crate) fn fill(
+        &mut self,
+        block: &BlockList,
+        mut row: impl FnMut(usize, u32, &[u16]) -> usize,
+    ) -> usize {
+        let mut count = 0;
+        // Stop before the free lanes become too few to be worth a pass.
+        while CHUNK - count >= 16 {
+            let free = CHUNK - count;
+            let taken = self.next_pairs(block, free, |head, _, partners| {
+                count = row(count, head, partners);
+            });
+            if taken < free {
+                break;
+            }
+        }
+        count
+    }
+
     /// Have all pairs been visited?
     #[inline(always)]
     pub(crate) fn at_end(&self, block: &BlockList) -> bool {

@@ -25,7 +25,12 @@ impl States<'_> {
     /// T and k at a thermal energy.
     #[inline(always)]
     pub fn of(&self, slot: u32, heat: f64) -> [f64; 2] {
-        let mark = self.factors[slot as usize][2];
+        self.at(self.factors[slot as usize][2], heat)
+    }
+
+    /// The same at a mark of the density.
+    #[inline(always)]
+    pub fn at(&self, mark: f64, heat: f64) -> [f64; 2] {
         let [t, c] = self.eos.state_at(mark, heat * self.to_specific);
         [t * self.per_kelvin, c * self.per_capacity]
     }

@@ -59,18 +59,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
     /// Fills the lanes from the list; returns how many are in use.
     #[inline(always)]
     fn gather(&self, lanes: &mut Lanes, walk: &mut Walk) -> usize {
-        let mut count = 0;
-        // Stop before the free lanes become too few to be worth a pass.
-        while CHUNK - count >= 16 {
-            let free = CHUNK - count;
-            let taken = walk.next_pairs(self.block, free, |head, _, partners| {
-                count = self.gather_row(lanes, count, head, partners);
-            });
-            if taken < free {
-                break;
-            }
-        }
-        count
+        walk.fill(self.block, |count, head, partners| {
+            self.gather_row(lanes, count, head, partners)
+        })
     }
 
     #[inline(always)]

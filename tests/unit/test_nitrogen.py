@@ -73,7 +73,7 @@ def test_transport_of_a_case(study: nitrogen.Study) -> None:
     assert 0.5 < transport.long.value / transport.exact.value < 1.0
     assert transport.long.relative < 0.05
     assert rows["eta"].measured.relative < 0.08
-    assert rows["eta"].measured.value == pytest.approx(transport.expected_viscosity, rel=0.25)
+    assert rows["eta"].measured.value == pytest.approx(transport.expected_viscosity, rel=0.2)
     # the asked ones, less what few neighbours and the time step cost
     assert transport.lattice_viscosity == pytest.approx(0.917 * 1.79e-5, rel=0.01)
     assert found.conducts

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, VERMILION, figure_or_new, save
+from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, VERMILION, figure_or_new, finish, save
 
 if TYPE_CHECKING:
     from sdpd.conductivity.study import Study
@@ -34,16 +34,9 @@ def plot(study: Study, figure: Any = None) -> Any:
     left, right = figure.subplots(1, 2)
     _ways(study, left)
     _lags(study, right)
-    for axes in (left, right):
-        axes.grid(color="0.9", linewidth=0.7)
-        axes.set_axisbelow(True)
     sample = study.equilibrium.sample
-    figure.suptitle(
-        f"{sample.n_particles} particles in {sample.dimension}D, "
-        f"{sample.resolution.kernel.replace('_', ' ')}, h/dx = {sample.resolution.support:g}, "
-        f"C = {sample.heat_capacity_number:.3g} $k_B$; bars: one standard error",
-        fontsize=10,
-    )
+    capacity = f"C = {sample.heat_capacity_number:.3g} $k_B$"
+    finish(figure, (left, right), sample, capacity)
     return figure
 
 

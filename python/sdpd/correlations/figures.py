@@ -14,7 +14,7 @@ import numpy as np
 from sdpd.correlations.energy_wave import EnergyWavePrediction
 from sdpd.correlations.recorder import FUNCTIONS
 from sdpd.correlations.report import threshold
-from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, figure_or_new, save
+from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, figure_or_new, finish, save
 
 if TYPE_CHECKING:
     from sdpd.correlations.results import Shell
@@ -71,16 +71,14 @@ def plot(study: Study, figure: Any = None) -> Any:
     panels[0].legend(fontsize=8)
     _parameters(study, panels[-2])
     _deviations(study, panels[-1])
-    for axes in panels:
-        axes.grid(color="0.9", linewidth=0.7)
-        axes.set_axisbelow(True)
     scene = study.scene
-    figure.suptitle(
-        f"{scene.n_particles} particles in {scene.dimension}D, "
-        f"{scene.resolution.kernel.replace('_', ' ')}, h/dx = {scene.resolution.support:g}, "
-        f"X = {scene.stiffness:.3g}, η* = {scene.reduced_viscosity:.3g}; points: {study.plan.runs} "
-        "runs, bars: one standard error; lines: linearised theory",
-        fontsize=10,
+    finish(
+        figure,
+        panels,
+        scene,
+        f"X = {scene.stiffness:.3g}",
+        f"η* = {scene.reduced_viscosity:.3g}",
+        note=f"points: {study.plan.runs} runs, bars: one standard error; lines: linearised theory",
     )
     return figure
 

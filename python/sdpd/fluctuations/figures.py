@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpd.drawing import BLUE, GREEN, VERMILION, figure_or_new, save
+from sdpd.drawing import BLUE, GREEN, VERMILION, figure_or_new, finish, save
 from sdpd.fluctuations.energy_items import EnergyPrediction
 from sdpd.fluctuations.report import threshold
 from sdpd.fluctuations.sampler import HISTOGRAM
@@ -45,15 +45,7 @@ def plot(study: Study, figure: Any = None) -> Any:
     panels = figure.subplots(2, columns).ravel()
     for axes, draw in zip(panels, drawn, strict=True):
         draw(study, axes)
-        axes.grid(color="0.9", linewidth=0.7)
-        axes.set_axisbelow(True)
-    scene = study.scene
-    figure.suptitle(
-        f"{scene.n_particles} particles in {scene.dimension}D, "
-        f"{scene.resolution.kernel.replace('_', ' ')}, h/dx = {scene.resolution.support:g}, "
-        f"X = {scene.stiffness:.3g}; bars: one standard error",
-        fontsize=10,
-    )
+    finish(figure, panels, study.scene, f"X = {study.scene.stiffness:.3g}")
     return figure
 
 

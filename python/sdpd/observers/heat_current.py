@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from sdpd import validation
 from sdpd.integrators import PairSplitting
 
-from .base import Array, LoopObserver
+from .base import Array
+from .interval_means import IntervalMeans
 from .lagged import BLOCKS, LaggedObserver
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def _check_energy(name: str, sim: Simulation) -> None:
         )
 
 
-class HeatCurrent(LoopObserver):
+class HeatCurrent(IntervalMeans):
     r"""Time series of the flux of energy through the box, by part.
 
     Each value is the exact mean over the interval since the sample before: every exchange, kick and
@@ -102,12 +103,7 @@ class HeatCurrent(LoopObserver):
     ((3, 3), [10, 15, 20])
     """
 
-    between_walls: ClassVar[bool] = False
-
-    def __init__(self, *, every: int | None = None) -> None:
-        super().__init__(every=every)
-        self._dimension = 3
-        self._volume = 1.0
+    parts: ClassVar[tuple[str, ...]] = PARTS
 
     def check(self, sim: Simulation, every: int, dt: float) -> None:
         """Refuse walls, another simulation, and a fluid without a current of energy."""
@@ -115,25 +111,12 @@ class HeatCurrent(LoopObserver):
         _check_energy("HeatCurrent", sim)
 
     def _attach(self, sim: Simulation, every: int) -> Any:
-        self._dimension, self._volume = sim.scene.dimension, sim.scene.box.volume
         return sim._core.attach_heat_current(every)
 
-    def rewind(self, step: int) -> None:
-        """End the segment without the intervals that end after `step`."""
-        self.detach()
-        if self._segments:
-            last = self._segments[-1]
-            self._segments[-1] = last[last[:, 0] <= step]
-
-    @property
-    def interval(self) -> float:
-        """Length of the intervals [time]."""
-        return (self._every or 1) * self._dt
-
-    @property
-    def volume(self) -> float:
-        """Volume of the box [length^D]."""
-        return self._volume
+    def _values(self, rows: Array) -> dict[str, Array]:
+        kept = rows.reshape(-1, 6, self._dimension)
+        fields = {**{name: _MEMBERS[name] for name in PARTS}, "noise": _NOISE}
+        return {name: kept[:, sorted(which)].sum(axis=1) for name, which in fields.items()}
 
     @property
     def data(self) -> NDArray[np.void]:
@@ -144,31 +127,12 @@ class HeatCurrent(LoopObserver):
         each [energy/(length^(D-1) time)]; then ``noise``, what random heat and impulses have of the
         first two.
         """
-        d = self._dimension
-        kinds: list[Any] = [("step", np.int64), ("time", np.float64)]
-        kinds += [(name, np.float64, (d,)) for name in (*PARTS, "noise")]
-        tables = self._tables()
-        result = np.zeros(sum(len(table) for table in tables), dtype=kinds)
-        if len(result):
-            rows = np.concatenate(tables)
-            result["step"], result["time"] = rows[:, 0], rows[:, 1]
-            parts = rows[:, 2:].reshape(-1, 6, d)
-            for name in PARTS:
-                result[name] = parts[:, sorted(_MEMBERS[name])].sum(axis=1)
-            result["noise"] = parts[:, sorted(_NOISE)].sum(axis=1)
-        return result
+        return self._table((*PARTS, "noise"), (self._dimension,))
 
     @property
     def total(self) -> Array:
         """Mean flux over each interval, (T, D) [energy/(length^(D-1) time)]."""
-        data = self.data
-        return np.asarray(sum(data[name] for name in PARTS))
-
-    def __len__(self) -> int:
-        return sum(len(table) for table in self._tables())
-
-    def __repr__(self) -> str:
-        return f"<sdpd.HeatCurrent every {self._every or self.every}: {len(self)} intervals>"
+        return self._total()
 
 
 class HeatCurrentCorrelator(LaggedObserver):

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from sdpd import validation
 
-from .base import Array, LoopObserver
+from .base import Array
+from .interval_means import IntervalMeans
 from .lagged import BLOCKS, LaggedObserver
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _INCREMENT = {"trace": (11, (12,)), "longitudinal": (13, (14, 15, 16))}
 _PRODUCT = {"shear": (17, ()), "trace": (18, (19,)), "longitudinal": (20, (21, 22, 23))}
 
 
-class Stress(LoopObserver):
+class Stress(IntervalMeans):
     r"""Time series of the pressure tensor of the box, by part.
 
     Each value is the exact mean over the interval since the sample before: every kick, exchange and
@@ -66,33 +67,15 @@ class Stress(LoopObserver):
     ((3, 3, 3), [10, 15, 20])
     """
 
-    between_walls: ClassVar[bool] = False
-
-    def __init__(self, *, every: int | None = None) -> None:
-        super().__init__(every=every)
-        self._dimension = 3
-        self._volume = 1.0
+    parts: ClassVar[tuple[str, ...]] = PARTS
 
     def _attach(self, sim: Simulation, every: int) -> Any:
-        self._dimension, self._volume = sim.scene.dimension, sim.scene.box.volume
         return sim._core.attach_stress(every)
 
-    def rewind(self, step: int) -> None:
-        """End the segment without the intervals that end after `step`."""
-        self.detach()
-        if self._segments:
-            last = self._segments[-1]
-            self._segments[-1] = last[last[:, 0] <= step]
-
-    @property
-    def interval(self) -> float:
-        """Length of the intervals [time]."""
-        return (self._every or 1) * self._dt
-
-    @property
-    def volume(self) -> float:
-        """Volume of the box [length^D]."""
-        return self._volume
+    def _values(self, rows: Array) -> dict[str, Array]:
+        d = self._dimension
+        tensors = rows.reshape(-1, 4, d, d)
+        return {name: tensors[:, index] for index, name in enumerate(PARTS)}
 
     @property
     def data(self) -> NDArray[np.void]:
@@ -102,30 +85,12 @@ class Stress(LoopObserver):
         ``dissipative`` and ``random``, the mean parts of the pressure tensor over the interval,
         shape (D, D) each [energy/length^D].
         """
-        d = self._dimension
-        kinds: list[Any] = [("step", np.int64), ("time", np.float64)]
-        kinds += [(name, np.float64, (d, d)) for name in PARTS]
-        tables = self._tables()
-        result = np.zeros(sum(len(table) for table in tables), dtype=kinds)
-        if len(result):
-            rows = np.concatenate(tables)
-            result["step"], result["time"] = rows[:, 0], rows[:, 1]
-            parts = rows[:, 2:].reshape(-1, 4, d, d)
-            for index, name in enumerate(PARTS):
-                result[name] = parts[:, index]
-        return result
+        return self._table(PARTS, (self._dimension,) * 2)
 
     @property
     def total(self) -> Array:
         """Mean pressure tensor over each interval, (T, D, D) [energy/length^D]."""
-        data = self.data
-        return np.asarray(sum(data[name] for name in PARTS))
-
-    def __len__(self) -> int:
-        return sum(len(table) for table in self._tables())
-
-    def __repr__(self) -> str:
-        return f"<sdpd.Stress every {self._every or self.every}: {len(self)} intervals>"
+        return self._total()
 
 
 class StressCorrelator(LaggedObserver):

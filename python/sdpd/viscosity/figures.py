@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpd.drawing import BLUE, GREEN, ORANGE, VERMILION, figure_or_new, save
+from sdpd.drawing import BLUE, GREEN, ORANGE, VERMILION, figure_or_new, finish, save
 
 if TYPE_CHECKING:
     from sdpd.viscosity.study import Study
@@ -36,15 +36,14 @@ def plot(study: Study, figure: Any = None) -> Any:
     panels = figure.subplots(2, 2).ravel()
     for axes, draw in zip(panels, (_methods, _waves, _lags, _decays), strict=True):
         draw(study, axes)
-        axes.grid(color="0.9", linewidth=0.7)
-        axes.set_axisbelow(True)
     sample = study.sample
-    figure.suptitle(
-        f"{sample.n_particles} particles in {sample.dimension}D, "
-        f"{sample.resolution.kernel.replace('_', ' ')}, h/dx = {sample.resolution.support:g}, "
-        f"X = {sample.stiffness:.3g}, η* = {sample.reduced_viscosity:.3g}, "
-        f"dt = {study.plan.dt / sample.friction_time:.2g} τ; bars: one standard error",
-        fontsize=10,
+    finish(
+        figure,
+        panels,
+        sample,
+        f"X = {sample.stiffness:.3g}",
+        f"η* = {sample.reduced_viscosity:.3g}",
+        f"dt = {study.plan.dt / sample.friction_time:.2g} τ",
     )
     return figure
 
