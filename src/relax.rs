@@ -84,7 +84,7 @@ pub fn relax<const D: usize>(
         pair_forces::<WendlandC2, Frictionless, Silent, D>(
             &mut particles,
             &grid,
-            &list,
+            &mut list,
             cell,
             silent,
             key,
@@ -111,6 +111,7 @@ pub fn relax<const D: usize>(
         let progress = f64::from(iteration) / f64::from(total);
         let step = 0.2 * spacing * (1.0 - 0.9 * progress) / largest;
         stale = false;
+        list.near_is_known = false;
         for slot in 0..n {
             let force = particles.force[slot];
             let position = &mut particles.position[slot];
@@ -130,7 +131,7 @@ pub fn relax<const D: usize>(
     grid.renew(cell, D, &mut particles);
     list.build::<D>(&grid, cell, &particles, 1.0, false);
     walls.rebuild::<D>(&particles, &grid, &list, cell, 0.0);
-    number_densities::<WendlandC2, D>(&mut particles, &grid, &list, cell);
+    number_densities::<WendlandC2, D>(&mut particles, &grid, &mut list, cell);
     wall_densities::<WendlandC2, D>(&mut particles, walls, &grid, cell);
     for slot in 0..n {
         let position = particles.position[slot];

@@ -414,6 +414,7 @@ impl Engine {
     /// Puts particle of row `row` somewhere else: position and velocity in reduced units. Call
     /// `renew` before the next run.
     pub fn place(&mut self, slot: usize, position: [f64; 3], velocity: [f64; 3]) {
+        self.list.near_is_known = false;
         let particles = &mut self.particles;
         particles.position[slot][..3].copy_from_slice(&position);
         particles.velocity[slot][..3].copy_from_slice(&velocity);
@@ -457,6 +458,7 @@ impl Engine {
             // The particles are finite, so only an oversized region could fail, and it did not before.
             let _ = integrator.rebuild(self, false);
             self.particles.position.copy_from_slice(position);
+            self.list.near_is_known = false;
             let _ = integrator.refresh(self, dt);
         });
         self.particles.force.copy_from_slice(force);
@@ -638,6 +640,7 @@ impl Engine {
 
     /// Puts back what has crossed a wall.
     pub(crate) fn bounce(&mut self) -> Result<()> {
+        self.list.near_is_known = false;
         if !self.walls.any() {
             return Ok(());
         }
@@ -802,6 +805,7 @@ impl Engine {
 
     /// r += v dt; how far the particles are from where grid and list were built.
     pub(crate) fn move_particles(&mut self, dt: f64) -> Result<Moved> {
+        self.list.near_is_known = false;
         let list_reference: &[[f64; 3]] = if self.skin < self.margin {
             &self.list.reference
         } else {

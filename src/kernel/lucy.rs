@@ -25,4 +25,10 @@ impl Kernel for Lucy {
         let x = complement(q);
         12.0 * (x * x)
     }
+
+    #[inline(always)]
+    fn root_slope(q: f64) -> f64 {
+        const SQRT_12: f64 = 3.464_101_615_137_754_6;
+        SQRT_12 * complement(q)
+    }
 }

@@ -6,6 +6,8 @@ mod quintic_spline;
 mod wendland_c2;
 mod wendland_c4;
 
+use crate::random::inverse_root;
+
 pub use lucy::Lucy;
 pub use quintic_spline::QuinticSpline;
 pub use wendland_c2::WendlandC2;
@@ -22,6 +24,12 @@ pub trait Kernel: Copy + Send + Sync + 'static {
     fn shape(q: f64) -> f64;
     /// -f'(q)/q, so that F = N_D h^-(D+2) times this.
     fn slope(q: f64) -> f64;
+    /// Square root of `slope`, for the noise.
+    #[inline(always)]
+    fn root_slope(q: f64) -> f64 {
+        let slope = Self::slope(q);
+        slope * inverse_root(if slope > 1e-30 { slope } else { 1e-30 })
+    }
     /// W h^D.
     #[inline(always)]
     fn w<const D: usize>(q: f64) -> f64 {
@@ -31,6 +39,11 @@ pub trait Kernel: Copy + Send + Sync + 'static {
     #[inline(always)]
     fn f<const D: usize>(q: f64) -> f64 {
         Self::NORM[D - 2] * Self::slope(q)
+    }
+    /// Square root of F h^(D+2).
+    #[inline(always)]
+    fn root_f<const D: usize>(q: f64) -> f64 {
+        Self::NORM[D - 2].sqrt() * Self::root_slope(q)
     }
 }
 

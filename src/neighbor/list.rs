@@ -10,6 +10,7 @@ use crate::domain::PeriodicBox;
 use crate::error::Error;
 use crate::random::fmix64;
 use crate::state::Particles;
+use crate::sweep::{LANES, Separation, Task, Wide, first_lanes, kept_of_range, run_wide};
 
 /// Places within a region are 16-bit numbers.
 pub const REGION_MAX: usize = 1 << 16;
@@ -18,12 +19,43 @@ const BUCKETS: usize = 256;
 /// Colour by colour alone is nearly a natural order: it delivers too little viscosity.
 pub const ROUNDS: usize = 8;
 
+/// Rows of pairs that stay together, as [`BlockList::rows`] and [`BlockList::neighbours`].
+#[derive(Debug, Default, Clone)]
+pub struct Rows {
+    /// (slot of the row's head, end of the row in `places`).
+    pub ends: Vec<[u32; 2]>,
+    /// Partners, as places in the region, and some more behind the last.
+    pub places: Vec<u16>,
+}
+
+impl Rows {
+    /// Number of pairs.
+    #[inline]
+    pub fn pairs(&self) -> usize {
+        self.ends.last().map_or(0, |&[_, end]| end as usize)
+    }
+
+    /// Room for so many rows and places, and none in use.
+    fn fit(&mut self, rows: usize, places: usize) {
+        self.ends.clear();
+        self.ends
+            .reserve_exact(rows.saturating_sub(self.ends.capacity()));
+        if self.places.capacity() < places {
+            self.places
+                .reserve_exact(places - self.places.len() + places / 16);
+        }
+        self.places.clear();
+        self.places.resize(places, 0);
+    }
+}
+
 /// The pairs of one base block.
 #[derive(Debug, Default, Clone)]
 pub struct BlockList {
     /// (slot of the row's head, end of the row in `neighbours`).
     pub rows: Vec<[u32; 2]>,
-    /// Partners, row after row, as places in the region.
+    /// Partners, row after row, as places in the region; and some more places behind the last, so that
+    /// a row can be read eight at a time.
     pub neighbours: Vec<u16>,
     /// The same pairs in shuffled order, as places in the region; only if asked for.
     pub shuffled: Vec<[u16; 2]>,
@@ -59,6 +91,10 @@ pub struct PairList {
     pub blocks: Vec<BlockList>,
     /// Positions when the list was built, if that was after the grid was renewed.
     pub reference: Vec<[f64; 3]>,
+    /// Those of them that are within the support, as the last sweep for densities found them.
+    pub near: Vec<Rows>,
+    /// Are the pairs in `near` those of the present positions?
+    pub near_is_known: bool,
     /// Some region was too large for 16-bit numbers; the list is then of no use.
     pub overflow: bool,
 }
@@ -73,6 +109,7 @@ impl PairList {
         cutoff: f64,
         shuffle: bool,
     ) {
+        self.near_is_known = false;
         self.blocks
             .resize_with(grid.block_count(), BlockList::default);
         self.blocks
@@ -82,12 +119,23 @@ impl PairList {
                 block.clear();
                 block.enter_region::<D>(base, grid);
                 if block.slots.len() <= REGION_MAX {
-                    block.search::<D>(base, grid, cell, particles, cutoff * cutoff);
+                    run_wide(Search::<D> {
+                        block: &mut *block,
+                        base,
+                        grid,
+                        cell,
+                        particles,
+                        cutoff2: cutoff * cutoff,
+                    });
                     if shuffle {
                         block.shuffle(particles);
                     }
                 }
             });
+        self.near.resize_with(self.blocks.len(), Rows::default);
+        for (near, block) in self.near.iter_mut().zip(&self.blocks) {
+            near.fit(block.rows.len(), block.neighbours.len());
+        }
         self.overflow = self.blocks.iter().any(|b| b.slots.len() > REGION_MAX);
     }
 
@@ -100,7 +148,7 @@ impl PairList {
 
     /// Number of pairs within the cutoff, skin included.
     pub fn len(&self) -> usize {
-        self.blocks.iter().map(|block| block.neighbours.len()).sum()
+        self.blocks.iter().map(BlockList::pairs).sum()
     }
 
     /// True where no two particles are near each other.
@@ -116,7 +164,10 @@ impl PairList {
                 + 2 * b.neighbours.capacity()
                 + 4 * (b.shuffled.capacity() + b.slots.capacity() + b.counts.capacity())
         };
-        self.blocks.iter().map(block_bytes).sum::<usize>() + 24 * self.reference.capacity()
+        let near_bytes = |near: &Rows| 8 * near.ends.capacity() + 2 * near.places.capacity();
+        self.blocks.iter().map(block_bytes).sum::<usize>()
+            + self.near.iter().map(near_bytes).sum::<usize>()
+            + 24 * self.reference.capacity()
     }
 }
 
@@ -140,6 +191,12 @@ fn corner_block(grid: &Grid, at: [usize; 3], corner: usize) -> Option<usize> {
 }
 
 impl BlockList {
+    /// Number of pairs.
+    #[inline]
+    pub fn pairs(&self) -> usize {
+        self.rows.last().map_or(0, |&[_, end]| end as usize)
+    }
+
     fn clear(&mut self) {
         self.rows.clear();
         self.neighbours.clear();
@@ -164,7 +221,8 @@ impl BlockList {
     }
 
     /// Finds the rows of base block `base`.
-    fn search<const D: usize>(
+    #[inline(always)]
+    fn search<W: Wide, const D: usize>(
         &mut self,
         base: usize,
         grid: &Grid,
@@ -192,10 +250,11 @@ impl BlockList {
                 ];
                 self.collect_runs(grid, at, corner, here, first);
                 for head in first..last {
-                    self.scan_row::<D>(head, cell, particles, cutoff2);
+                    self.scan_row::<W, D>(head, cell, &particles.position, cutoff2);
                 }
             }
         }
+        self.neighbours.resize(self.pairs() + LANES, 0);
     }
 
     /// Slot ranges that may hold partners of the heads in cell `here`, which lies in the block at
@@ -237,24 +296,25 @@ impl BlockList {
     }
 
     /// Appends the partners of one head: all slots after its own in the runs and within the cutoff.
-    fn scan_row<const D: usize>(
+    #[inline(always)]
+    fn scan_row<W: Wide, const D: usize>(
         &mut self,
         head: u32,
         cell: &PeriodicBox,
-        particles: &Particles,
+        position: &[[f64; 4]],
         cutoff2: f64,
     ) {
-        let position = &particles.position;
-        let [x, y, z, _] = position[head as usize];
-        let begin = self.neighbours.len();
+        let begin = self.pairs();
         let mut length = begin;
+        let from = Separation::<W>::new(&position[head as usize], cell);
+        let near = W::splat(cutoff2);
         for run in &self.runs {
             let start = run.start.max(head + 1);
             if start >= run.end {
                 continue;
             }
             // Room for all candidates, then keep what is near: no branch per candidate.
-            let room = length + (run.end - start) as usize;
+            let room = length + (run.end - start) as usize + LANES;
             if self.neighbours.len() < room {
                 if self.neighbours.capacity() < room {
                     // Doubling would waste what the particles themselves take.
@@ -262,18 +322,20 @@ impl BlockList {
                 }
                 self.neighbours.resize(room, 0);
             }
-            for slot in start..run.end {
-                let other = &position[slot as usize];
-                let r = cell.nearest::<D>([x - other[0], y - other[1], z - other[2]]);
-                let mut r2 = r[0] * r[0] + r[1] * r[1];
-                if D == 3 {
-                    r2 += r[2] * r[2];
+            for slot in (start..run.end).step_by(LANES) {
+                let there = first_lanes((run.end - slot) as usize);
+                // SAFETY: slots of particles, and room for eight behind each place.
+                unsafe {
+                    let other = W::columns(position.as_ptr(), &consecutive(slot, position.len()));
+                    let keep = from.square::<D>(&other).below(near) & there;
+                    let first = slot.wrapping_add(run.shift) as u16;
+                    let to = self.neighbours.as_mut_ptr().add(length);
+                    to.cast::<[u16; LANES]>()
+                        .write_unaligned(kept_of_range(first, keep));
+                    length += keep.count_ones() as usize;
                 }
-                self.neighbours[length] = slot.wrapping_add(run.shift) as u16;
-                length += usize::from(r2 < cutoff2);
             }
         }
-        self.neighbours.truncate(length);
         if length > begin {
             self.rows.push([head, length as u32]);
         }
@@ -312,10 +374,10 @@ impl BlockList {
         for (round, start) in self.rounds.iter_mut().enumerate() {
             *start = self.counts[round * BUCKETS / ROUNDS];
         }
-        if self.shuffled.capacity() < self.neighbours.len() {
-            self.shuffled.reserve_exact(self.neighbours.len() * 17 / 16);
+        if self.shuffled.capacity() < self.pairs() {
+            self.shuffled.reserve_exact(self.pairs() * 17 / 16);
         }
-        self.shuffled.resize(self.neighbours.len(), [0; 2]);
+        self.shuffled.resize(self.pairs(), [0; 2]);
         let mut begin = 0;
         for row in 0..self.rows.len() {
             let [head, end] = self.rows[row];
@@ -327,6 +389,37 @@ impl BlockList {
             }
             begin = end as usize;
         }
+    }
+}
+
+/// Eight slots from one on; the last there is again behind the end.
+#[inline(always)]
+fn consecutive(slot: u32, count: usize) -> [u32; LANES] {
+    if slot as usize + LANES <= count {
+        std::array::from_fn(|lane| slot + lane as u32)
+    } else {
+        std::array::from_fn(|lane| (slot + lane as u32).min(count as u32 - 1))
+    }
+}
+
+/// The search for the pairs of one base block.
+struct Search<'a, const D: usize> {
+    block: &'a mut BlockList,
+    base: usize,
+    grid: &'a Grid,
+    cell: &'a PeriodicBox,
+    particles: &'a Particles,
+    cutoff2: f64,
+}
+
+impl<const D: usize> Task for Search<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let (grid, cell) = (self.grid, self.cell);
+        self.block
+            .search::<W, D>(self.base, grid, cell, self.particles, self.cutoff2);
     }
 }
 

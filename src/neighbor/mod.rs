@@ -6,5 +6,5 @@ mod list;
 mod skin;
 
 pub use grid::Grid;
-pub use list::{BlockList, PairList, ROUNDS};
+pub use list::{BlockList, PairList, ROUNDS, Rows};
 pub use skin::{SkinModel, automatic_skin};

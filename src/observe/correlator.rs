@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::lags::{BlockedSums, Lags, Ring, zeros};
 use super::{Observer, View};
-use crate::sweep::{Task, run_wide};
+use crate::sweep::{Task, Wide, run_wide};
 
 /// Rows of a part: fixed, so that no sum depends on the threads.
 const PART: usize = 256;
@@ -172,8 +172,9 @@ struct Products<'a> {
 }
 
 impl Task for Products<'_> {
+    type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<W: Wide>(self) {
         /// Partial sums side by side, so that the loop is one over vectors.
         const LANES: usize = 8;
         let (mut square, mut product) = ([0.0; LANES], [0.0; LANES]);

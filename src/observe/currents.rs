@@ -9,7 +9,7 @@ use super::lags::{BlockedSums, Lags, Series, zeros};
 use super::{Observer, View};
 use crate::domain::PeriodicBox;
 use crate::random::cos_sin_turn;
-use crate::sweep::{Task, run_wide};
+use crate::sweep::{Task, Wide, run_wide};
 
 /// Columns of the table of sums, per wave vector: rho*(0) rho(t), longitudinal and transverse
 /// j*(0) j(t) (real parts), rho*(0) j_l(t) and j_l*(0) rho(t) (imaginary parts).
@@ -340,8 +340,9 @@ impl Modes<'_> {
 }
 
 impl Task for Modes<'_> {
+    type Output = ();
     #[inline(always)]
-    fn run(mut self) {
+    fn run<W: Wide>(mut self) {
         self.part.sums.fill([0.0; SUMS]);
         let (position, velocity) = (self.position, self.velocity);
         let chunks = position.chunks(CHUNK).zip(velocity.chunks(CHUNK));

@@ -139,23 +139,27 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 impl Kick {
-    /// Drag and noise on i from one pair: r = r_ij, u = v_ij, `inverse_r2` = 1/r^2, xi the pair's
-    /// variates with the sign of the order of ids (the central form uses `xi[0]`, without a sign).
+    /// Drag and noise on i from one pair: `inverse_r` = 1/r, r = r_ij, u = v_ij, xi the pair's
+    /// variates with the sign of the order of ids (the central form uses `xi[0]`, without a sign);
+    /// `root_g` = sqrt(g) counts with noise only.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
     pub fn force<F: FrictionForm>(
         &self,
         g: f64,
-        inverse_r2: f64,
+        root_g: f64,
+        inverse_r: f64,
         r: [f64; 3],
         u: [f64; 3],
         xi: [f64; 3],
         noise: bool,
     ) -> [f64; 3] {
+        let inverse_r2 = inverse_r * inverse_r;
         let along = -self.drag_along * g * inverse_r2 * dot(r, u);
         if F::CENTRAL {
             let mut strength = along;
             if noise {
-                strength += self.noise_along * (g * inverse_r2).sqrt() * xi[0];
+                strength += self.noise_along * (root_g * inverse_r) * xi[0];
             }
             return r.map(|x| strength * x);
         }
@@ -163,7 +167,6 @@ impl Kick {
         if !noise {
             return std::array::from_fn(|a| along * r[a] + across * u[a]);
         }
-        let root_g = g.sqrt();
         let noise_along = self.noise_along * root_g * inverse_r2 * dot(r, xi);
         let noise_across = self.noise_across * root_g;
         std::array::from_fn(|a| {
@@ -173,6 +176,19 @@ impl Kick {
 }
 
 impl Kick {
+    /// The same from 1/r^2, where a pair more or less does not count.
+    pub fn single_force<F: FrictionForm>(
+        &self,
+        g: f64,
+        inverse_r2: f64,
+        r: [f64; 3],
+        u: [f64; 3],
+        xi: [f64; 3],
+        noise: bool,
+    ) -> [f64; 3] {
+        self.force::<F>(g, g.sqrt(), inverse_r2.sqrt(), r, u, xi, noise)
+    }
+
     /// Drag and noise on i from one link: -g (a I + b Ebar) u and its noise; u and the sign of xi as
     /// the parity of the image wants them. `own` for the image of the particle itself, whose friction
     /// with v - v_w is that of two links.
@@ -428,9 +444,10 @@ mod tests {
         let mut operator = Matrix3::zeros();
         let count = if F::CENTRAL { 1 } else { dimension };
         for k in 0..count {
-            let f = friction
-                .kick(dt)
-                .force::<F>(0.7, inverse_r2, r, [0.0; 3], unit(k), true);
+            let f =
+                friction
+                    .kick(dt)
+                    .single_force::<F>(0.7, inverse_r2, r, [0.0; 3], unit(k), true);
             operator.set_column(k, &Vector3::from(f));
         }
         operator
@@ -587,7 +604,7 @@ mod tests {
             if whole {
                 kick.wall_force(&grip, u, Some(xi), false)
             } else {
-                kick.force::<General>(0.7, inverse_r2, r, u, xi, true)
+                kick.single_force::<General>(0.7, inverse_r2, r, u, xi, true)
             }
         };
         let change = |whole: bool, t: f64, u: [f64; 3], xi: [f64; 3]| {

@@ -138,8 +138,8 @@ fn pair_variates<'py>(
     for (k, (&a, &b)) in a.iter().zip(b.iter()).enumerate() {
         let words = key.pair_words(a, b);
         let xi = match variate {
-            "gaussian" => Gaussian::draw(words, dimension),
-            "uniform" => Uniform::draw(words, dimension),
+            "gaussian" => Gaussian::draw(words, 1.0, dimension),
+            "uniform" => Uniform::draw(words, 1.0, dimension),
             other => {
                 return Err(invalid(format!(
                     "`variate` must be \"gaussian\" or \"uniform\", got {other:?}"

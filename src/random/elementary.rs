@@ -12,6 +12,15 @@ pub fn from_integer(word: u64) -> f64 {
     f64::from_bits(word | 0x4330_0000_0000_0000) - TWO_52
 }
 
+/// 1/sqrt(x) for 1e-30 <= x <= 1e30, to about 1 ulp: one step of third order from single precision,
+/// where root and division take a fraction of the time.
+#[inline(always)]
+pub fn inverse_root(x: f64) -> f64 {
+    let y = f64::from(1.0 / (x as f32).sqrt());
+    let e = 1.0 - x * (y * y);
+    y + y * (e * (0.5 + 0.375 * e))
+}
+
 /// Natural logarithm of a positive normal number, to about 1 ulp.
 #[inline(always)]
 pub fn ln(x: f64) -> f64 {
@@ -110,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn logarithm_sine_cosine_and_expm1_agree_with_the_platform() {
+    fn roots_logarithm_sine_cosine_and_expm1_agree_with_the_platform() {
         for k in 0..200_000_u64 {
             let u = (k as f64 + 0.5) / 200_000.0;
             assert!((ln(u) - u.ln()).abs() <= 3e-16 * (1.0 + u.ln().abs()));
@@ -123,6 +132,11 @@ mod tests {
         }
         for x in [1e-300_f64, 0.7, 1.5, 3.0, 1e5, 1e300] {
             assert!((ln(x) - x.ln()).abs() <= 3e-16 * x.ln().abs());
+        }
+        for k in -600..=600 {
+            let x = 10.0_f64.powf(0.05 * f64::from(k));
+            let y = inverse_root(x);
+            assert!((y * y * x - 1.0).abs() < 8e-16, "{x}");
         }
         let tiny = (0.5_f64) * 2.0_f64.powi(-32);
         assert!((ln(tiny) - tiny.ln()).abs() < 1e-14);

@@ -6,7 +6,7 @@ mod philox;
 mod sequence;
 mod variates;
 
-pub use elementary::{ROUNDER, cos_sin_turn, expm1_negative, ln};
+pub use elementary::{ROUNDER, cos_sin_turn, expm1_negative, inverse_root, ln};
 pub use philox::{philox4x32, philox4x32_lanes};
 pub use sequence::Sequence;
 pub use variates::{Gaussian, Silent, Uniform, Variate, unit_interval};

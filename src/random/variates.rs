@@ -4,6 +4,7 @@
 use super::elementary::{cos_sin_turn, from_integer, ln};
 
 const SCALE: f64 = 1.0 / 4_294_967_296.0;
+const SQRT_12: f64 = 3.464_101_615_137_754_6;
 
 /// A number in (0, 1) from a word.
 #[inline(always)]
@@ -17,8 +18,9 @@ pub trait Variate: Copy + Send + Sync + 'static {
     const NAME: &'static str;
     /// False where there is no noise: its code is then not compiled.
     const ON: bool;
-    /// Three variates from four words (2D uses the first two, the central form the first).
-    fn draw(words: [u64; 4], count: usize) -> [f64; 3];
+    /// Three variates from four words (2D uses the first two, the central form the first), times
+    /// `sign`, which is 1 or -1.
+    fn draw(words: [u64; 4], sign: f64, count: usize) -> [f64; 3];
     /// Four variates from four words; the first ones are those of `draw`.
     fn draw_four(words: [u64; 4]) -> [f64; 4];
 }
@@ -31,7 +33,7 @@ impl Variate for Silent {
     const NAME: &'static str = "none";
     const ON: bool = false;
     #[inline(always)]
-    fn draw(_: [u64; 4], _: usize) -> [f64; 3] {
+    fn draw(_: [u64; 4], _: f64, _: usize) -> [f64; 3] {
         [0.0; 3]
     }
     #[inline(always)]
@@ -55,14 +57,14 @@ impl Variate for Gaussian {
     const NAME: &'static str = "gaussian";
     const ON: bool = true;
     #[inline(always)]
-    fn draw(words: [u64; 4], count: usize) -> [f64; 3] {
+    fn draw(words: [u64; 4], sign: f64, count: usize) -> [f64; 3] {
         let (x, y) = box_muller(words[0], words[1]);
         let z = if count > 2 {
             box_muller(words[2], words[3]).0
         } else {
             0.0
         };
-        [x, y, z]
+        [x, y, z].map(|variate| sign * variate)
     }
     #[inline(always)]
     fn draw_four(words: [u64; 4]) -> [f64; 4] {
@@ -77,19 +79,29 @@ impl Variate for Gaussian {
 #[derive(Debug, Clone, Copy)]
 pub struct Uniform;
 
+/// sqrt(12) (u - 1/2) of the uniform u in (0, 1) of a word: the difference is exact, and a power of
+/// two moves into the factor.
+#[inline(always)]
+fn centred(word: u64, factor: f64) -> f64 {
+    const HALF: f64 = 2_147_483_648.0;
+    ((from_integer(word) - HALF) + 0.5) * factor
+}
+
 impl Variate for Uniform {
     const NAME: &'static str = "uniform";
     const ON: bool = true;
     #[inline(always)]
-    fn draw(words: [u64; 4], _: usize) -> [f64; 3] {
-        const SQRT_12: f64 = 3.464_101_615_137_754_6;
-        let one = |word| SQRT_12 * ((from_integer(word) + 0.5) * SCALE - 0.5);
-        [one(words[0]), one(words[1]), one(words[2])]
+    fn draw(words: [u64; 4], sign: f64, _: usize) -> [f64; 3] {
+        let factor = sign * (SQRT_12 * SCALE);
+        [
+            centred(words[0], factor),
+            centred(words[1], factor),
+            centred(words[2], factor),
+        ]
     }
     #[inline(always)]
     fn draw_four(words: [u64; 4]) -> [f64; 4] {
-        const SQRT_12: f64 = 3.464_101_615_137_754_6;
-        words.map(|word| SQRT_12 * ((from_integer(word) + 0.5) * SCALE - 0.5))
+        words.map(|word| centred(word, SQRT_12 * SCALE))
     }
 }
 
@@ -103,7 +115,7 @@ mod tests {
         let key = SweepKey::new(20_13, Stream::PairForce, 5, 0);
         let (mut mean, mut square, mut fourth) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         for id in 0..n {
-            let x = V::draw(key.pair_words(id, id + 1), 3);
+            let x = V::draw(key.pair_words(id, id + 1), 1.0, 3);
             for a in 0..3 {
                 mean[a] += x[a] / n as f64;
                 square[a] += x[a] * x[a] / n as f64;

@@ -2,14 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::{CHUNK, Shared, Task, Walk, for_each_block, run_wide};
+use super::rows::{ROOM, square_distances, whole};
+use super::{CHUNK, Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{BlockList, Grid, PairList};
+use crate::neighbor::{BlockList, Grid, PairList, Rows};
+use crate::random::inverse_root;
 use crate::state::Particles;
 
 struct DensityTask<'a, K, const D: usize> {
     block: &'a BlockList,
+    near: &'a mut Rows,
     cell: &'a PeriodicBox,
     position: &'a [[f64; 4]],
     density: Shared<'a, f64>,
@@ -17,70 +20,108 @@ struct DensityTask<'a, K, const D: usize> {
 }
 
 impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
+    type Output = ();
+
     #[inline(always)]
-    fn run(self) {
-        let slots = &self.block.slots[..];
-        let mut walk = Walk::default();
-        let mut r2 = [0.0; CHUNK];
-        let mut weight = [0.0; CHUNK];
-        loop {
-            let mut back = walk;
-            let count = walk.next_pairs(self.block, CHUNK, |head, lane, partners| {
-                let i = self.position[head as usize];
-                for (k, &place) in partners.iter().enumerate() {
-                    let other = slots[place as usize];
-                    // SAFETY: list entries lead to slots of particles.
-                    let j = unsafe { self.position.get_unchecked(other as usize) };
-                    let r = self
-                        .cell
-                        .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
-                    let mut sum = r[0] * r[0] + r[1] * r[1];
-                    if D == 3 {
-                        sum += r[2] * r[2];
-                    }
-                    r2[lane + k] = sum;
+    fn run<W: Wide>(self) {
+        let (block, near) = (self.block, self.near);
+        near.ends.clear();
+        let mut weight = [0.0; ROOM];
+        let (mut begin, mut length) = (0, 0);
+        for &[head, end] in &block.rows {
+            let row = begin..end as usize;
+            begin = row.end;
+            let (mut own, before) = (0.0, length);
+            for first in row.clone().step_by(CHUNK) {
+                let count = (row.end - first).min(CHUNK);
+                // SAFETY: a row of this block.
+                unsafe {
+                    square_distances::<W, D>(
+                        block,
+                        self.cell,
+                        self.position,
+                        head,
+                        first,
+                        count,
+                        &mut weight,
+                        near,
+                        &mut length,
+                    );
                 }
-            });
-            if count == 0 {
-                return;
-            }
-            for k in 0..CHUNK {
-                weight[k] = K::w::<D>(r2[k].sqrt());
-            }
-            back.next_pairs(self.block, CHUNK, |head, lane, partners| {
-                let mut sum = 0.0;
-                for (k, &place) in partners.iter().enumerate() {
-                    let other = slots[place as usize];
-                    sum += weight[lane + k];
+                for x in &mut weight[..whole(count)] {
+                    let r2 = *x;
+                    *x = K::w::<D>(r2 * inverse_root(if r2 > 1e-30 { r2 } else { 1e-30 }));
+                }
+                let partners = &block.neighbours[first..first + count];
+                for (w, &place) in weight.iter().zip(partners) {
+                    own += w;
                     // SAFETY: blocks of one colour share no particle, and other != head.
-                    unsafe { *self.density.slot(other) += weight[lane + k] };
+                    unsafe {
+                        let other = *block.slots.get_unchecked(place as usize);
+                        *self.density.slot(other) += w;
+                    }
                 }
-                // SAFETY: as above.
-                unsafe { *self.density.slot(head) += sum };
-            });
+            }
+            if length > before {
+                near.ends.push([head, length as u32]);
+            }
+            // SAFETY: as above.
+            unsafe { *self.density.slot(head) += own };
         }
     }
 }
 
-/// Number densities of all particles, in units of h^-D.
+/// Number densities of all particles, in units of h^-D; notes which pairs are within the support.
 pub fn number_densities<K: Kernel, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
-    list: &PairList,
+    list: &mut PairList,
     cell: &PeriodicBox,
 ) {
     particles.density.fill(K::w::<D>(0.0));
-    let density = Shared::new(&mut particles.density);
-    let position = &particles.position;
-    for_each_block(grid, list, false, &|_, block| {
+    sum_kernel::<K, D>(
+        Shared::new(&mut particles.density),
+        &particles.position,
+        grid,
+        list,
+        cell,
+    );
+}
+
+fn sum_kernel<K: Kernel, const D: usize>(
+    density: Shared<'_, f64>,
+    position: &[[f64; 4]],
+    grid: &Grid,
+    list: &mut PairList,
+    cell: &PeriodicBox,
+) {
+    let near = Shared::new(&mut list.near);
+    for_each_block(grid, &list.blocks, false, &|number, block| {
         run_wide(DensityTask::<K, D> {
             block,
+            // SAFETY: each block once.
+            near: unsafe { near.slot(number) },
             cell,
             position,
             density,
             kernel: std::marker::PhantomData,
         });
     });
+    list.near_is_known = true;
+}
+
+/// Finds the pairs within the support, unless they are known.
+pub(super) fn know_near<K: Kernel, const D: usize>(
+    particles: &Particles,
+    grid: &Grid,
+    list: &mut PairList,
+    cell: &PeriodicBox,
+) {
+    if !list.near_is_known {
+        let mut unused = vec![0.0; particles.len()];
+        let unused = Shared::new(&mut unused);
+        sum_kernel::<K, D>(unused, &particles.position, grid, list, cell);
+    }
 }
 
 /// Writes s = d^(-1/2) and P/d^2 into the particles' records; `pressure(d)` is P in reduced units.

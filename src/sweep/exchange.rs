@@ -5,7 +5,7 @@
 use std::marker::PhantomData;
 
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
-use super::{CHUNK, Shared, Task, for_each_block, padded, run_wide};
+use super::{CHUNK, Shared, Task, Wide, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
@@ -135,7 +135,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
                         let change = self.update(lanes, k);
                         Self::keep(lanes, k, change, parts);
                     }
-                    parts.add_to::<D>(sum, &lanes.r, count);
+                    parts.add_to::<D, CHUNK>(sum, &lanes.r, count);
                 }
                 Some(Virial { sum, parts: None }) => {
                     for k in 0..count {
@@ -145,7 +145,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
                             lanes.noise[a][k] = change[a];
                         }
                     }
-                    add_outer::<D>(&mut sum[1], &lanes.r, &mut lanes.noise, count);
+                    add_outer::<D, CHUNK, CHUNK>(&mut sum[1], &lanes.r, &mut lanes.noise, count);
                 }
             }
             if finished {
@@ -184,9 +184,11 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
                     self.key.tail[1],
                 ];
                 let words = philox4x32_lanes(counter, self.key.key);
-                xi = V::draw(words, if F::CENTRAL { 1 } else { D });
-                let sign = if F::CENTRAL { 1.0 } else { lanes.sign[k] };
-                xi = xi.map(|x| sign * x);
+                xi = if F::CENTRAL {
+                    V::draw(words, 1.0, 1)
+                } else {
+                    V::draw(words, lanes.sign[k], D)
+                };
             }
             for a in 0..D {
                 lanes.noise[a][k] = xi[a];
@@ -237,8 +239,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
 }
 
 impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Task for ExchangeTask<'_, K, F, V, D> {
+    type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<W: Wide>(self) {
         let zero = [[0.0; CHUNK]; 3];
         let mut lanes = Lanes {
             slots: [[0; 2]; CHUNK],
@@ -294,7 +297,7 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     let backward = direction == Direction::Backward;
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
-        for_each_block(grid, list, backward, &|number, block| {
+        for_each_block(grid, &list.blocks, backward, &|number, block| {
             run_wide(ExchangeTask::<K, F, V, D> {
                 block,
                 cell,

@@ -1,147 +1,194 @@
 //! Pair forces: conservative (P_i/d_i^2 + P_j/d_j^2) F r_ij, drag and noise (physics/friction.rs).
+//!
+//! Each stage of a chunk is a task of its own, with no more types than it needs: what moves numbers
+//! about is then compiled once for all kernels, and only `Compute` for each.
 
 use std::marker::PhantomData;
 
-use super::tally::{BlockSums, Exchanged, PartLanes, Tally, Virial, add_outer};
-use super::{CHUNK, Shared, Task, Walk, for_each_block, padded, run_wide};
+use super::density::know_near;
+use super::rows::{Companion, Noise, Pairs, ROOM, whole};
+use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
+use super::wide::LANES;
+use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{BlockList, Grid, PairList};
+use crate::neighbor::{BlockList, Grid, PairList, Rows};
 use crate::physics::{FrictionForm, Kick};
-use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::random::{SweepKey, Variate, inverse_root};
 use crate::state::Particles;
 
-/// The arrays of one chunk. Only pairs within the support get a lane; pairs in the skin do not.
+/// The arrays of one chunk.
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Lanes {
-    head: [u32; CHUNK],
-    other: [u32; CHUNK],
-    r: [[f64; CHUNK]; 3],
-    r2: [f64; CHUNK],
-    u: [[f64; CHUNK]; 3],
-    weight: [f64; CHUNK],
-    pressure: [f64; CHUNK],
-    low: [u64; CHUNK],
-    high: [u64; CHUNK],
-    sign: [f64; CHUNK],
-    xi: [[f64; CHUNK]; 3],
-    force: [[f64; CHUNK]; 3],
+    pairs: Pairs,
+    u: [[f64; ROOM]; 3],
+    pressure: [f64; ROOM],
+    noise: Noise<3>,
+    force: [[f64; ROOM]; 3],
+    records: [[f64; 4]; ROOM],
 }
 
-struct ForceTask<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
-    block: &'a BlockList,
+/// What a sweep reads.
+struct Source<'a> {
     cell: &'a PeriodicBox,
     position: &'a [[f64; 4]],
     velocity: &'a [[f64; 4]],
     id: &'a [u64],
-    force: Shared<'a, [f64; 4]>,
-    kick: Kick,
-    key: SweepKey,
-    number: u32,
-    tally: Option<BlockSums<'a>>,
+}
+
+/// Fills the lanes from the list.
+struct Gather<'a, const D: usize, const NOISE: bool> {
+    source: &'a Source<'a>,
+    near: &'a Rows,
+    block: &'a BlockList,
+    walk: &'a mut Walk,
+    lanes: &'a mut Lanes,
+}
+
+/// Relative velocities, pressures and ids.
+struct Motion<'a, W, const D: usize, const NOISE: bool> {
+    source: &'a Source<'a>,
+    head: [W; 4],
+    id: u64,
+    u: &'a mut [[f64; ROOM]; 3],
+    pressure: &'a mut [f64; ROOM],
+    noise: &'a mut Noise<3>,
+}
+
+impl<W: Wide, const D: usize, const NOISE: bool> Companion<W> for Motion<'_, W, D, NOISE> {
+    #[inline(always)]
+    fn begin(&mut self, head: u32) {
+        let [x, y, z, p] = self.source.velocity[head as usize];
+        self.head = [W::splat(x), W::splat(y), W::splat(z), W::splat(p)];
+        if NOISE {
+            self.id = self.source.id[head as usize];
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn take(&mut self, slots: &[u32; LANES], lane: usize) {
+        // SAFETY: promised by the caller.
+        unsafe {
+            let other = W::columns(self.source.velocity.as_ptr(), slots);
+            for a in 0..D {
+                let u = self.head[a].minus(other[a]);
+                u.store(self.u[a].as_mut_ptr().add(lane));
+            }
+            let pressure = self.head[3].plus(other[3]);
+            pressure.store(self.pressure.as_mut_ptr().add(lane));
+            if NOISE {
+                let id = |n: usize| *self.source.id.get_unchecked(slots[n] as usize);
+                let others = [id(0), id(1), id(2), id(3), id(4), id(5), id(6), id(7)];
+                self.noise.name(self.id, others, lane);
+            }
+        }
+    }
+}
+
+impl<const D: usize, const NOISE: bool> Task for Gather<'_, D, NOISE> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let Lanes {
+            pairs,
+            u,
+            pressure,
+            noise,
+            ..
+        } = self.lanes;
+        let mut motion = Motion::<W, D, NOISE> {
+            source: self.source,
+            head: [W::splat(0.0); 4],
+            id: 0,
+            u,
+            pressure,
+            noise,
+        };
+        let Source { cell, position, .. } = self.source;
+        let near = (self.near, &self.block.slots[..]);
+        pairs.fill::<W, D>(near, cell, position, self.walk, &mut motion);
+    }
+}
+
+/// Draws the noise.
+struct Draw<'a, V, const COUNT: usize, const SIGNED: bool> {
+    lanes: &'a mut Lanes,
+    key: &'a SweepKey,
+    form: PhantomData<V>,
+}
+
+impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, COUNT, SIGNED> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let Lanes { noise, pairs, .. } = self.lanes;
+        noise.draw::<V>(self.key, pairs.count, COUNT, SIGNED);
+    }
+}
+
+/// From separations, velocities and noise to forces.
+struct Compute<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
+    lanes: &'a mut Lanes,
+    kick: &'a Kick,
     form: PhantomData<(K, F, V)>,
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool>
-    ForceTask<'_, K, F, V, D, CONSERVATIVE>
+/// F, its root, sqrt(g), g and 1/r of a pair.
+struct Weights {
+    slope: f64,
+    root_g: f64,
+    g: f64,
+    inverse_r: f64,
+}
+
+impl Lanes {
+    #[inline(always)]
+    fn weights<K: Kernel, const D: usize>(&self, k: usize) -> Weights {
+        let r2 = self.pairs.r2[k];
+        let inverse_r = inverse_root(if r2 > 1e-30 { r2 } else { 1e-30 });
+        let (q, weight) = (r2 * inverse_r, self.pairs.weight[k]);
+        let slope = K::f::<D>(q);
+        Weights {
+            slope,
+            root_g: K::root_f::<D>(q) * weight,
+            g: slope * (weight * weight),
+            inverse_r,
+        }
+    }
+
+    #[inline(always)]
+    fn vector(lanes: &[[f64; ROOM]; 3], k: usize) -> [f64; 3] {
+        [lanes[0][k], lanes[1][k], lanes[2][k]]
+    }
+}
+
+impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool> Task
+    for Compute<'_, K, F, V, D, CONSERVATIVE>
 {
-    /// Fills the lanes from the list; returns how many are in use, 0 at the end of the list.
-    #[inline(always)]
-    fn gather(&self, lanes: &mut Lanes, walk: &mut Walk) -> usize {
-        walk.fill(self.block, |count, head, partners| {
-            self.gather_row(lanes, count, head, partners)
-        })
-    }
+    type Output = ();
 
     #[inline(always)]
-    fn gather_row(&self, lanes: &mut Lanes, first: usize, head: u32, partners: &[u16]) -> usize {
-        let slots = &self.block.slots[..];
-        let i = self.position[head as usize];
-        let v = self.velocity[head as usize];
-        let id = if V::ON { self.id[head as usize] } else { 0 };
-        let mut at = first;
-        for &place in partners {
-            let other = slots[place as usize];
-            // SAFETY: list entries lead to slots of particles.
-            let (j, w) = unsafe {
-                (
-                    self.position.get_unchecked(other as usize),
-                    self.velocity.get_unchecked(other as usize),
-                )
-            };
-            let r = self
-                .cell
-                .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
-            let mut r2 = r[0] * r[0] + r[1] * r[1];
-            if D == 3 {
-                r2 += r[2] * r[2];
-            }
-            // Callers leave room for all partners, so `at` stays within the arrays; the mask only
-            // tells the compiler so.
-            let lane = at & (CHUNK - 1);
-            lanes.head[lane] = head;
-            lanes.other[lane] = other;
-            for a in 0..D {
-                lanes.r[a][lane] = r[a];
-            }
-            lanes.r2[lane] = r2;
-            if F::ON {
-                for a in 0..D {
-                    lanes.u[a][lane] = v[a] - w[a];
-                }
-                lanes.weight[lane] = i[3] * j[3];
-            }
-            if CONSERVATIVE {
-                lanes.pressure[lane] = v[3] + w[3];
-            }
-            if V::ON {
-                // SAFETY: as above.
-                let other_id = unsafe { *self.id.get_unchecked(other as usize) };
-                let [low, high] = pair_counter(id, other_id);
-                lanes.low[lane] = low;
-                lanes.high[lane] = high;
-                lanes.sign[lane] = if id < other_id { 1.0 } else { -1.0 };
-            }
-            at += usize::from(r2 < 1.0);
-        }
-        at
-    }
-
-    #[inline(always)]
-    fn draw(&self, lanes: &mut Lanes, count: usize) {
-        for k in 0..padded(count) {
-            let counter = [
-                lanes.low[k],
-                lanes.high[k],
-                self.key.tail[0],
-                self.key.tail[1],
-            ];
-            let words = philox4x32_lanes(counter, self.key.key);
-            let xi = V::draw(words, if F::CENTRAL { 1 } else { D });
-            let sign = if F::CENTRAL { 1.0 } else { lanes.sign[k] };
-            for a in 0..if F::CENTRAL { 1 } else { D } {
-                lanes.xi[a][k] = sign * xi[a];
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn compute(&self, lanes: &mut Lanes, count: usize) {
-        for k in 0..padded(count) {
-            let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
-            let r2 = lanes.r2[k];
-            let slope = K::f::<D>(r2.sqrt());
+    fn run<W: Wide>(self) {
+        let lanes = self.lanes;
+        let count = whole(lanes.pairs.count);
+        for k in 0..count {
+            let w = lanes.weights::<K, D>(k);
+            let r = Lanes::vector(&lanes.pairs.r, k);
             let mut f = [0.0; 3];
             if CONSERVATIVE {
-                f = r.map(|x| lanes.pressure[k] * slope * x);
+                let push = lanes.pressure[k] * w.slope;
+                f = r.map(|x| push * x);
             }
             if F::ON {
-                let weight = lanes.weight[k];
-                let inverse_r2 = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
-                let u = [lanes.u[0][k], lanes.u[1][k], lanes.u[2][k]];
-                let xi = [lanes.xi[0][k], lanes.xi[1][k], lanes.xi[2][k]];
-                let g = slope * (weight * weight);
-                let pair = self.kick.force::<F>(g, inverse_r2, r, u, xi, V::ON);
+                let (u, xi) = (
+                    Lanes::vector(&lanes.u, k),
+                    Lanes::vector(&lanes.noise.xi, k),
+                );
+                let pair = self
+                    .kick
+                    .force::<F>(w.g, w.root_g, w.inverse_r, r, u, xi, V::ON);
                 for a in 0..D {
                     f[a] += pair[a];
                 }
@@ -150,109 +197,162 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
                 lanes.force[a][k] = f[a];
             }
         }
+        for k in (0..count).step_by(LANES) {
+            // SAFETY: both arrays hold eight from k on.
+            unsafe {
+                let x = W::load(lanes.force[0].as_ptr().add(k));
+                let y = W::load(lanes.force[1].as_ptr().add(k));
+                let z = W::load(lanes.force[2].as_ptr().add(k));
+                W::records([x, y, z], lanes.records.as_mut_ptr().add(k));
+            }
+        }
     }
+}
 
-    /// Adds r (x) f by part to `sum`; the forces themselves are left as they are.
+/// Gives the forces to the particles.
+struct Scatter<'a> {
+    lanes: &'a Lanes,
+    force: &'a Shared<'a, [f64; 4]>,
+}
+
+impl Task for Scatter<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn add_virial(&self, lanes: &Lanes, count: usize, parts: &mut PartLanes, sum: &mut Exchanged) {
-        for k in 0..padded(count) {
-            let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
-            let r2 = lanes.r2[k];
-            let slope = K::f::<D>(r2.sqrt());
+    fn run<W: Wide>(self) {
+        // SAFETY: blocks of one colour share no particle.
+        unsafe { self.lanes.pairs.scatter(&self.lanes.records, self.force) }
+    }
+}
+
+/// Adds r (x) f to the sums: in all, or by part.
+struct Sum<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
+    lanes: &'a mut Lanes,
+    virial: &'a mut Virial,
+    kick: &'a Kick,
+    form: PhantomData<(K, F, V)>,
+}
+
+impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool>
+    Sum<'_, K, F, V, D, CONSERVATIVE>
+{
+    /// Forces once more, by part; those of all together are left as they are.
+    #[inline(always)]
+    fn split(lanes: &Lanes, kick: &Kick, parts: &mut PartLanes) {
+        for k in 0..lanes.pairs.count.min(super::CHUNK) {
+            let w = lanes.weights::<K, D>(k);
+            let r = Lanes::vector(&lanes.pairs.r, k);
             if CONSERVATIVE {
                 for a in 0..D {
-                    parts.parts[0][a][k] = lanes.pressure[k] * slope * r[a];
+                    parts.parts[0][a][k] = lanes.pressure[k] * w.slope * r[a];
                 }
             }
             if F::ON {
-                let weight = lanes.weight[k];
-                let inverse_r2 = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
-                let g = slope * (weight * weight);
-                let u = [lanes.u[0][k], lanes.u[1][k], lanes.u[2][k]];
-                let drag = self.kick.force::<F>(g, inverse_r2, r, u, [0.0; 3], false);
+                let (none, u) = ([0.0; 3], Lanes::vector(&lanes.u, k));
+                let drag = kick.force::<F>(w.g, w.root_g, w.inverse_r, r, u, none, false);
                 for a in 0..D {
                     parts.parts[1][a][k] = drag[a];
                 }
                 if V::ON {
-                    let xi = [lanes.xi[0][k], lanes.xi[1][k], lanes.xi[2][k]];
-                    let noise = self.kick.force::<F>(g, inverse_r2, r, [0.0; 3], xi, true);
+                    let xi = Lanes::vector(&lanes.noise.xi, k);
+                    let noise = kick.force::<F>(w.g, w.root_g, w.inverse_r, r, none, xi, true);
                     for a in 0..D {
                         parts.parts[2][a][k] = noise[a];
                     }
                 }
             }
         }
-        parts.add_to::<D>(sum, &lanes.r, count);
-    }
-
-    #[inline(always)]
-    fn scatter(&self, lanes: &Lanes, count: usize) {
-        let mut k = 0;
-        while k < count {
-            let head = lanes.head[k];
-            let mut sum = [0.0; D];
-            while k < count && lanes.head[k] == head {
-                // SAFETY: blocks of one colour share no particle, and other != head.
-                let target = unsafe { self.force.slot(lanes.other[k]) };
-                for a in 0..D {
-                    let f = lanes.force[a][k];
-                    sum[a] += f;
-                    target[a] -= f;
-                }
-                k += 1;
-            }
-            // SAFETY: as above.
-            let target = unsafe { self.force.slot(head) };
-            for a in 0..D {
-                target[a] += sum[a];
-            }
-        }
     }
 }
 
 impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool> Task
-    for ForceTask<'_, K, F, V, D, CONSERVATIVE>
+    for Sum<'_, K, F, V, D, CONSERVATIVE>
 {
+    type Output = ();
+
     #[inline(always)]
-    fn run(self) {
-        let zero = [[0.0; CHUNK]; 3];
-        let mut lanes = Lanes {
-            head: [0; CHUNK],
-            other: [0; CHUNK],
-            r: zero,
-            r2: [0.0; CHUNK],
-            u: zero,
-            weight: [0.0; CHUNK],
-            pressure: [0.0; CHUNK],
-            low: [0; CHUNK],
-            high: [0; CHUNK],
-            sign: [0.0; CHUNK],
-            xi: zero,
-            force: zero,
-        };
-        let mut walk = Walk::default();
-        let mut virial = self.tally.map(Virial::new);
-        loop {
-            let count = self.gather(&mut lanes, &mut walk);
-            if V::ON {
-                self.draw(&mut lanes, count);
+    fn run<W: Wide>(self) {
+        let Lanes { pairs, force, .. } = self.lanes;
+        let Virial { sum, parts } = self.virial;
+        match parts {
+            Some(parts) => {
+                Self::split(self.lanes, self.kick, parts);
+                parts.add_to::<D, ROOM>(sum, &self.lanes.pairs.r, self.lanes.pairs.count);
             }
-            self.compute(&mut lanes, count);
-            self.scatter(&lanes, count);
-            if let Some(Virial { sum, parts }) = &mut virial {
-                match parts {
-                    Some(parts) => self.add_virial(&lanes, count, parts, sum),
-                    None => add_outer::<D>(&mut sum[0], &lanes.r, &mut lanes.force, count),
-                }
-            }
-            if walk.at_end(self.block) {
-                break;
-            }
+            None => add_outer::<D, ROOM, ROOM>(&mut sum[0], &pairs.r, force, pairs.count),
         }
-        if let (Some(sums), Some(virial)) = (self.tally, virial) {
-            // SAFETY: this block's own number.
-            unsafe { sums.add(self.number, &virial.sum) };
+    }
+}
+
+/// One block.
+#[allow(clippy::too_many_arguments)]
+fn sweep_block<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool>(
+    source: &Source<'_>,
+    near: &Rows,
+    block: &BlockList,
+    force: &Shared<'_, [f64; 4]>,
+    kick: &Kick,
+    key: &SweepKey,
+    sums: Option<BlockSums<'_>>,
+    number: u32,
+) {
+    let zero = [[0.0; ROOM]; 3];
+    let lanes = &mut Lanes {
+        pairs: Pairs::new(),
+        u: zero,
+        pressure: [0.0; ROOM],
+        noise: Noise::new(),
+        force: zero,
+        records: [[0.0; 4]; ROOM],
+    };
+    let walk = &mut Walk::default();
+    let mut virial = sums.map(Virial::new);
+    while !walk.at_end(&near.ends) {
+        if V::ON {
+            run_wide(Gather::<D, true> {
+                source,
+                near,
+                block,
+                walk,
+                lanes,
+            });
+            draw::<F, V, D>(lanes, key);
+        } else {
+            run_wide(Gather::<D, false> {
+                source,
+                near,
+                block,
+                walk,
+                lanes,
+            });
         }
+        run_wide(Compute::<K, F, V, D, CONSERVATIVE> {
+            lanes,
+            kick,
+            form: PhantomData,
+        });
+        run_wide(Scatter { lanes, force });
+        if let Some(virial) = &mut virial {
+            run_wide(Sum::<K, F, V, D, CONSERVATIVE> {
+                lanes,
+                virial,
+                kick,
+                form: PhantomData,
+            });
+        }
+    }
+    if let (Some(sums), Some(virial)) = (sums, virial) {
+        // SAFETY: this block's own number.
+        unsafe { sums.add(number, &virial.sum) };
+    }
+}
+
+fn draw<F: FrictionForm, V: Variate, const D: usize>(lanes: &mut Lanes, key: &SweepKey) {
+    let form = PhantomData::<V>;
+    if F::CENTRAL {
+        run_wide(Draw::<V, 1, false> { lanes, key, form });
+    } else {
+        run_wide(Draw::<V, D, true> { lanes, key, form });
     }
 }
 
@@ -261,30 +361,25 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
 pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
-    list: &PairList,
+    list: &mut PairList,
     cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
     mut tally: Option<&mut Tally>,
 ) {
+    know_near::<K, D>(particles, grid, list, cell);
     let sums = tally.as_deref_mut().map(Tally::begin);
     particles.force.fill([0.0; 4]);
     let force = Shared::new(&mut particles.force);
-    let (position, velocity, id) = (&particles.position, &particles.velocity, &particles.id);
-    for_each_block(grid, list, false, &|number, block| {
-        run_wide(ForceTask::<K, F, V, D, true> {
-            block,
-            cell,
-            position,
-            velocity,
-            id,
-            force,
-            kick,
-            key,
-            number,
-            tally: sums,
-            form: PhantomData,
-        });
+    let source = Source {
+        cell,
+        position: &particles.position,
+        velocity: &particles.velocity,
+        id: &particles.id,
+    };
+    for_each_block(grid, &list.blocks, false, &|number, block| {
+        let near = &list.near[number as usize];
+        sweep_block::<K, F, V, D, true>(&source, near, block, &force, &kick, &key, sums, number);
     });
     if let Some(tally) = tally {
         tally.keep_force();
@@ -298,30 +393,25 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
 pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
-    list: &PairList,
+    list: &mut PairList,
     cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
     mut tally: Option<&mut Tally>,
 ) {
+    know_near::<K, D>(particles, grid, list, cell);
     let sums = tally.as_deref_mut().map(Tally::begin);
     particles.drag.fill([0.0; 4]);
     let force = Shared::new(&mut particles.drag);
-    let (position, velocity, id) = (&particles.position, &particles.scratch, &particles.id);
-    for_each_block(grid, list, false, &|number, block| {
-        run_wide(ForceTask::<K, F, V, D, false> {
-            block,
-            cell,
-            position,
-            velocity,
-            id,
-            force,
-            kick,
-            key,
-            number,
-            tally: sums,
-            form: PhantomData,
-        });
+    let source = Source {
+        cell,
+        position: &particles.position,
+        velocity: &particles.scratch,
+        id: &particles.id,
+    };
+    for_each_block(grid, &list.blocks, false, &|number, block| {
+        let near = &list.near[number as usize];
+        sweep_block::<K, F, V, D, false>(&source, near, block, &force, &kick, &key, sums, number);
     });
     if let Some(tally) = tally {
         tally.keep_correction();

@@ -10,6 +10,7 @@ mod exchange;
 mod force;
 mod heat_tally;
 mod pair_state;
+mod rows;
 mod tally;
 mod thermal_exchange;
 mod thermal_force;
@@ -27,6 +28,7 @@ pub use exchange::{Direction, exchange};
 pub use force::{drag_forces, pair_forces};
 pub use heat_tally::{HeatMoment, HeatTally};
 pub use pair_state::States;
+pub(crate) use rows::{Separation, first_lanes};
 pub use tally::{Tally, Tensor};
 pub use thermal_exchange::{Slopes, ThermalSweep, slopes, thermal_exchange};
 pub use thermal_force::{ThermalForceSweep, thermal_forces};
@@ -35,17 +37,19 @@ pub use wall_exchange::wall_exchange;
 pub use wall_force::{Motion, wall_drag, wall_forces, wall_friction_weight};
 pub use wall_model::{wall_pressures, wall_shares};
 pub use wall_thermal::wall_work;
-pub use wide::{Task, run_wide};
+pub use wide::{Instructions, Task, Wide, run_wide};
+pub(crate) use wide::{LANES, kept_of_range};
 pub use work::pair_work;
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::neighbor::{BlockList, Grid, PairList};
+use crate::neighbor::{BlockList, Grid};
 
 /// Pairs per chunk: all arrays of a chunk stay in the first-level cache.
-pub(crate) const CHUNK: usize = 64;
+pub(crate) const CHUNK: usize = 128;
 
 /// An array that blocks of one colour write to at disjoint places.
 #[derive(Debug, Clone, Copy)]
@@ -88,7 +92,7 @@ impl<'a, T> Shared<'a, T> {
 /// combination.
 pub(crate) fn for_each_block(
     grid: &Grid,
-    list: &PairList,
+    blocks: &[BlockList],
     reverse: bool,
     work: &(dyn Fn(u32, &BlockList) + Sync),
 ) {
@@ -98,11 +102,9 @@ pub(crate) fn for_each_block(
             colour
                 .par_iter()
                 .with_max_len(1)
-                .for_each(|&b| work(b, &list.blocks[b as usize]));
+                .for_each(|&b| work(b, &blocks[b as usize]));
         } else {
-            colour
-                .iter()
-                .for_each(|&b| work(b, &list.blocks[b as usize]));
+            colour.iter().for_each(|&b| work(b, &blocks[b as usize]));
         }
     };
     if reverse {
@@ -120,9 +122,29 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, partners)`, the
-    /// partners as places in the block's region.
-    /// Returns the number of pairs.
+    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, pairs)`, the pairs
+    /// as a range of the list. Returns the number of pairs.
+    #[inline(always)]
+    pub(crate) fn next_ranges(
+        &mut self,
+        rows: &[[u32; 2]],
+        count: usize,
+        mut visit: impl FnMut(u32, usize, Range<usize>),
+    ) -> usize {
+        let begin = self.pair;
+        let stop = (begin + count as u32).min(rows.last().map_or(0, |row| row[1]));
+        while self.pair < stop {
+            let [head, end] = rows[self.row];
+            let until = end.min(stop);
+            let pairs = self.pair as usize..until as usize;
+            visit(head, (self.pair - begin) as usize, pairs);
+            self.pair = until;
+            self.row += usize::from(until == end);
+        }
+        (stop - begin) as usize
+    }
+
+    /// The same with the partners, as places in the block's region.
     #[inline(always)]
     pub(crate) fn next_pairs(
         &mut self,
@@ -130,17 +152,9 @@ impl Walk {
         count: usize,
         mut visit: impl FnMut(u32, usize, &[u16]),
     ) -> usize {
-        let begin = self.pair;
-        let stop = (begin + count as u32).min(block.neighbours.len() as u32);
-        while self.pair < stop {
-            let [head, end] = block.rows[self.row];
-            let until = end.min(stop);
-            let partners = &block.neighbours[self.pair as usize..until as usize];
-            visit(head, (self.pair - begin) as usize, partners);
-            self.pair = until;
-            self.row += usize::from(until == end);
-        }
-        (stop - begin) as usize
+        self.next_ranges(&block.rows, count, |head, lane, pairs| {
+            visit(head, lane, &block.neighbours[pairs]);
+        })
     }
 
     /// Fills the lanes of a chunk: `row(lanes in use, head, partners)` puts the pairs of a row into
@@ -167,8 +181,8 @@ impl Walk {
 
     /// Have all pairs been visited?
     #[inline(always)]
-    pub(crate) fn at_end(&self, block: &BlockList) -> bool {
-        self.pair as usize == block.neighbours.len()
+    pub(crate) fn at_end(&self, rows: &[[u32; 2]]) -> bool {
+        self.row == rows.len()
     }
 }
 

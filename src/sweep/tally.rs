@@ -170,10 +170,10 @@ impl Tally {
 
 /// Adds r (x) dp over the first `count` lanes; what other lanes of dp hold is cleared.
 #[inline(always)]
-pub(super) fn add_outer<const D: usize>(
+pub(super) fn add_outer<const D: usize, const N: usize, const M: usize>(
     sum: &mut Tensor,
-    r: &[[f64; CHUNK]; 3],
-    dp: &mut [[f64; CHUNK]; 3],
+    r: &[[f64; N]; 3],
+    dp: &mut [[f64; M]; 3],
     count: usize,
 ) {
     /// Partial sums side by side: four vectors, so that no addition waits for the one before.
@@ -210,14 +210,14 @@ impl PartLanes {
 
     /// Adds r (x) dp of each part over the first `count` lanes.
     #[inline(always)]
-    pub(super) fn add_to<const D: usize>(
+    pub(super) fn add_to<const D: usize, const N: usize>(
         &mut self,
         sum: &mut Exchanged,
-        r: &[[f64; CHUNK]; 3],
+        r: &[[f64; N]; 3],
         count: usize,
     ) {
         for (sum, part) in sum.iter_mut().zip(&mut self.parts) {
-            add_outer::<D>(sum, r, part, count);
+            add_outer::<D, N, CHUNK>(sum, r, part, count);
         }
     }
 }

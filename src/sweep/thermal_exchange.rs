@@ -10,7 +10,7 @@ use super::heat_tally::{Given, HeatMoment, HeatSums, HeatTally};
 use super::pair_state::Energies;
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wall_thermal::WallRounds;
-use super::{CHUNK, Direction, Shared, Task, for_each_block, padded, run_wide};
+use super::{CHUNK, Direction, Shared, Task, Wide, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
@@ -33,8 +33,9 @@ struct SlopeTask<'a, K, const D: usize> {
 }
 
 impl<K: Kernel, const D: usize> Task for SlopeTask<'_, K, D> {
+    type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<W: Wide>(self) {
         for (slope, r2) in self.slope.iter_mut().zip(self.r2) {
             *slope = K::f::<D>(r2.sqrt());
         }
@@ -472,9 +473,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             Some(Virial {
                 sum,
                 parts: Some(parts),
-            }) => parts.add_to::<D>(sum, &lanes.r, count),
+            }) => parts.add_to::<D, CHUNK>(sum, &lanes.r, count),
             Some(Virial { sum, parts: None }) => {
-                add_outer::<D>(&mut sum[1], &lanes.r, &mut lanes.change, count);
+                add_outer::<D, CHUNK, CHUNK>(&mut sum[1], &lanes.r, &mut lanes.change, count);
             }
             None => {}
         }
@@ -483,8 +484,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
 }
 
 impl<X: Exchanges, V: Variate, const D: usize> Task for ThermalTask<'_, X, V, D> {
+    type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<W: Wide>(self) {
         let zero = [0.0; CHUNK];
         let mut lanes = Lanes {
             slots: [[0; 2]; CHUNK],
@@ -614,28 +616,33 @@ fn pairs<X: Exchanges, V: Variate, const D: usize>(
         };
         let (position, id) = (&particles.position, &particles.id);
         let backward = sweep.direction == Direction::Backward;
-        for_each_block(sweep.grid, sweep.list, backward, &|number, block| {
-            run_wide(ThermalTask::<X, V, D> {
-                block,
-                cell: sweep.cell,
-                position,
-                velocity,
-                energies,
-                factors: &thermal.factors,
-                refused: counts,
-                id,
-                slopes: sweep.slopes,
-                exchange: &sweep.exchange,
-                key: sweep.key,
-                chances: sweep.chances,
-                direction: sweep.direction,
-                round,
-                number,
-                tally,
-                current,
-                form: PhantomData,
-            });
-        });
+        for_each_block(
+            sweep.grid,
+            &sweep.list.blocks,
+            backward,
+            &|number, block| {
+                run_wide(ThermalTask::<X, V, D> {
+                    block,
+                    cell: sweep.cell,
+                    position,
+                    velocity,
+                    energies,
+                    factors: &thermal.factors,
+                    refused: counts,
+                    id,
+                    slopes: sweep.slopes,
+                    exchange: &sweep.exchange,
+                    key: sweep.key,
+                    chances: sweep.chances,
+                    direction: sweep.direction,
+                    round,
+                    number,
+                    tally,
+                    current,
+                    form: PhantomData,
+                });
+            },
+        );
     }
     (thermal.refused, thermal.current) = (refused, current);
 }

@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::thermal_exchange::Slopes;
-use super::{CHUNK, Shared, Task, Walk, for_each_block, padded, run_wide};
+use super::{CHUNK, Shared, Task, Walk, Wide, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Grid, PairList};
 use crate::physics::{Exchanges, PairState, ThermalRates};
@@ -232,8 +232,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
 }
 
 impl<X: Exchanges, V: Variate, const D: usize> Task for ForceTask<'_, X, V, D> {
+    type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<W: Wide>(self) {
         let (zero, zeros) = ([0.0; CHUNK], [[0.0; CHUNK]; 3]);
         // Leftover lanes are computed as well: temperatures of 1 keep them finite.
         let mut lanes = Lanes {
@@ -268,12 +269,14 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ForceTask<'_, X, V, D> {
                 match parts {
                     Some(parts) => {
                         self.add_parts(&lanes, count, parts);
-                        parts.add_to::<D>(sum, &lanes.r, count);
+                        parts.add_to::<D, CHUNK>(sum, &lanes.r, count);
                     }
-                    None => add_outer::<D>(&mut sum[0], &lanes.r, &mut lanes.force, count),
+                    None => {
+                        add_outer::<D, CHUNK, CHUNK>(&mut sum[0], &lanes.r, &mut lanes.force, count)
+                    }
                 }
             }
-            if walk.at_end(self.block) {
+            if walk.at_end(&self.block.rows) {
                 break;
             }
         }
@@ -317,7 +320,7 @@ pub fn thermal_forces<X: Exchanges, V: Variate, const D: usize>(
     let work = Shared::new(work);
     let (position, id) = (&particles.position, &particles.id);
     let (velocity, state) = (&particles.scratch, &particles.drag);
-    for_each_block(sweep.grid, sweep.list, false, &|number, block| {
+    for_each_block(sweep.grid, &sweep.list.blocks, false, &|number, block| {
         run_wide(ForceTask::<X, V, D> {
             block,
             cell: sweep.cell,

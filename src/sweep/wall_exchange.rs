@@ -33,9 +33,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> WallExchange<'_, K,
         let xi = V::ON.then(|| {
             let [p, q] = [self.id[i as usize], self.id[j as usize]];
             let key = self.key.of_image(self.scenery.image(view).label);
-            let xi = V::draw(key.pair_words(p, q), D);
             let sign = if odd || p < q { 1.0 } else { -1.0 };
-            std::array::from_fn(|a| if a < D { sign * xi[a] } else { 0.0 })
+            let xi = V::draw(key.pair_words(p, q), sign, D);
+            std::array::from_fn(|a| if a < D { xi[a] } else { 0.0 })
         });
         let terms = self.exchange.link_terms::<F>(g, &view.axes, xi, own);
         terms.change(u)

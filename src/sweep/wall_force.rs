@@ -95,11 +95,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         }
         let [p, q] = view.link.slots.map(|slot| self.id[slot as usize]);
         let label = self.scenery.image(view).label;
-        let xi = V::draw(self.key.of_image(label).pair_words(p, q), D);
         let sign = if odd || p < q { 1.0 } else { -1.0 };
-        Some(std::array::from_fn(
-            |a| if a < D { sign * xi[a] } else { 0.0 },
-        ))
+        let xi = V::draw(self.key.of_image(label).pair_words(p, q), sign, D);
+        Some(std::array::from_fn(|a| if a < D { xi[a] } else { 0.0 }))
     }
 
     fn velocity(&self, slot: u32) -> [f64; 3] {

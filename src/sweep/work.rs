@@ -5,7 +5,7 @@
 use std::marker::PhantomData;
 
 use super::heat_tally::{Flow, HeatMoment, HeatSums, HeatTally};
-use super::{CHUNK, Shared, Task, Walk, for_each_block, run_wide};
+use super::{CHUNK, Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList};
@@ -50,8 +50,9 @@ impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
 }
 
 impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
+    type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<W: Wide>(self) {
         let slots = &self.block.slots[..];
         let mut walk = Walk::default();
         let mut r2 = [0.0; CHUNK];
@@ -130,7 +131,7 @@ pub fn pair_work<K: Kernel, const D: usize>(
     let work = Shared::new(work);
     let (position, velocity) = (&particles.position, &particles.velocity);
     let mean = &particles.scratch;
-    for_each_block(grid, list, false, &|number, block| {
+    for_each_block(grid, &list.blocks, false, &|number, block| {
         run_wide(WorkTask::<K, D> {
             block,
             cell,

@@ -36,7 +36,7 @@ pub(super) struct Physics {
     noise: bool,
     force: PairForce,
     exchange: PairExchange,
-    draw: fn([u64; 4], usize) -> [f64; 3],
+    draw: fn([u64; 4], f64, usize) -> [f64; 3],
 }
 
 impl Physics {
@@ -47,7 +47,7 @@ impl Physics {
             friction: F::ON,
             central: F::CENTRAL,
             noise: V::ON,
-            force: Kick::force::<F>,
+            force: Kick::single_force::<F>,
             exchange: Exchange::one_sided::<F>,
             draw: V::draw,
         }
@@ -56,7 +56,7 @@ impl Physics {
     /// Variates of an ordered pair of ids: `labels` for a <= b and for a > b.
     fn variates(&self, key: SweepKey, labels: [u8; 2], a: u64, b: u64) -> [f64; 3] {
         let label = labels[usize::from(a > b)];
-        let xi = (self.draw)(key.of_image(label).pair_words(a, b), self.dimension);
+        let xi = (self.draw)(key.of_image(label).pair_words(a, b), 1.0, self.dimension);
         std::array::from_fn(|k| if k < self.dimension { xi[k] } else { 0.0 })
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::lattice::{BRICK, Lattice};
 use crate::kernel::Kernel;
-use crate::sweep::{Task, run_wide};
+use crate::sweep::{Task, Wide, run_wide};
 
 /// Parts along each edge of a cell that the surface cuts.
 const PARTS: usize = 4;
@@ -242,8 +242,9 @@ struct Sums<'a, K, const D: usize> {
 }
 
 impl<K: Kernel, const D: usize> Task for Sums<'_, K, D> {
+    type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<W: Wide>(self) {
         let bins = self.bins;
         for (result, (position, phi)) in self.result.iter_mut().zip(self.targets) {
             let axes: [_; 3] = std::array::from_fn(|a| bins.reached(a, position[a]));

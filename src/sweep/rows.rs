@@ -1,0 +1,379 @@
+//! Pairs in lanes: the rows of a block's list, as many at a time as a chunk takes, and of these the
+//! pairs within the support.
+
+use std::ops::Range;
+
+use super::wide::LANES;
+use super::{CHUNK, Shared, Walk, Wide};
+use crate::domain::PeriodicBox;
+use crate::neighbor::{BlockList, Rows};
+use crate::random::{ROUNDER, SweepKey, Variate, pair_counter, philox4x32_lanes};
+
+/// Lanes of a chunk, with room for what the last eight leave over.
+pub(super) const ROOM: usize = CHUNK + 2 * LANES;
+
+/// Number of lanes to compute for `count` pairs: whole vectors, the rest being leftovers.
+#[inline(always)]
+pub(super) fn whole(count: usize) -> usize {
+    count.next_multiple_of(LANES).min(ROOM)
+}
+
+/// Places of eight partners, from the `first` in a list on, and their slots. Behind the end of a row
+/// they are those of the next one, or stand for none.
+///
+/// # Safety
+/// The list has eight places from `first` on, all of which lead to slots.
+#[inline(always)]
+unsafe fn eight(places: &[u16], slots: &[u32], first: usize) -> ([u16; LANES], [u32; LANES]) {
+    // SAFETY: promised by the caller. The volatile reads keep the compiler from gathering the slots,
+    // whose elements it would then have to take out one by one.
+    unsafe {
+        let places = places.as_ptr().add(first);
+        let slot =
+            |lane: usize| *slots.get_unchecked(std::ptr::read_volatile(places.add(lane)) as usize);
+        (
+            places.cast::<[u16; LANES]>().read_unaligned(),
+            [
+                slot(0),
+                slot(1),
+                slot(2),
+                slot(3),
+                slot(4),
+                slot(5),
+                slot(6),
+                slot(7),
+            ],
+        )
+    }
+}
+
+/// The bits of the first `count` of eight lanes.
+#[inline(always)]
+pub(crate) fn first_lanes(count: usize) -> u8 {
+    if count < LANES {
+        (1 << count) - 1
+    } else {
+        0xff
+    }
+}
+
+/// Closures must not touch a [`Wide`]: they would be compiled without its instructions.
+#[inline(always)]
+fn three<W: Wide>(numbers: &[f64; 3]) -> [W; 3] {
+    [
+        W::splat(numbers[0]),
+        W::splat(numbers[1]),
+        W::splat(numbers[2]),
+    ]
+}
+
+/// Separations from a head to others, eight at a time.
+pub(crate) struct Separation<W> {
+    head: [W; 4],
+    edges: [W; 3],
+    inverse: [W; 3],
+    rounder: W,
+}
+
+impl<W: Wide> Separation<W> {
+    #[inline(always)]
+    pub(crate) fn new(head: &[f64; 4], cell: &PeriodicBox) -> Self {
+        Self {
+            head: [
+                W::splat(head[0]),
+                W::splat(head[1]),
+                W::splat(head[2]),
+                W::splat(head[3]),
+            ],
+            edges: three(&cell.edges),
+            inverse: three(&cell.inverse),
+            rounder: W::splat(ROUNDER),
+        }
+    }
+
+    /// To the nearest image, along one axis.
+    #[inline(always)]
+    fn along(&self, axis: usize, other: W) -> W {
+        let r = self.head[axis].minus(other);
+        let turns = r.times(self.inverse[axis]);
+        let turns = turns.plus(self.rounder).minus(self.rounder);
+        r.minus(self.edges[axis].times(turns))
+    }
+
+    /// Square distances.
+    #[inline(always)]
+    pub(crate) fn square<const D: usize>(&self, other: &[W; 4]) -> W {
+        let (x, y) = (self.along(0, other[0]), self.along(1, other[1]));
+        let plane = x.times(x).plus(y.times(y));
+        if D == 2 {
+            return plane;
+        }
+        let z = self.along(2, other[2]);
+        plane.plus(z.times(z))
+    }
+}
+
+/// Square distances of a head and `count` partners, from the `first` of the list on; what is within
+/// the support is put into `near` from `length` on.
+///
+/// # Safety
+/// The partners are pairs of `block`, whose slots are those of `position`; at most [`CHUNK`] of them;
+/// `near` has room for as many places as the list of the block.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+pub(super) unsafe fn square_distances<W: Wide, const D: usize>(
+    block: &BlockList,
+    cell: &PeriodicBox,
+    position: &[[f64; 4]],
+    head: u32,
+    first: usize,
+    count: usize,
+    r2: &mut [f64; ROOM],
+    near: &mut Rows,
+    length: &mut usize,
+) {
+    let from = Separation::<W>::new(&position[head as usize], cell);
+    let support = W::splat(1.0);
+    for k in (0..count).step_by(LANES) {
+        // SAFETY: slots of particles; a list has room for eight more than its pairs.
+        unsafe {
+            let (places, slots) = eight(&block.neighbours, &block.slots, first + k);
+            let other = W::columns(position.as_ptr(), &slots);
+            let square = from.square::<D>(&other);
+            square.store(r2.as_mut_ptr().add(k));
+            let keep = square.below(support) & first_lanes(count - k);
+            let to = near.places.as_mut_ptr().add(*length);
+            to.cast::<[u16; LANES]>()
+                .write_unaligned(W::kept(places, keep));
+            *length += keep.count_ones() as usize;
+        }
+    }
+}
+
+/// What a sweep wants to know of pairs beside their geometry.
+pub(super) trait Companion<W: Wide> {
+    /// A row begins.
+    fn begin(&mut self, head: u32);
+    /// Eight partners, whose lanes begin at `lane`.
+    ///
+    /// # Safety
+    /// They are slots of particles, and there are eight lanes.
+    unsafe fn take(&mut self, slots: &[u32; LANES], lane: usize);
+}
+
+/// The geometry of the pairs of a chunk.
+#[repr(align(64))]
+pub(super) struct Pairs {
+    /// Pairs in use.
+    pub count: usize,
+    /// Heads, each with the lane where its row ends.
+    rows: [[u32; 2]; CHUNK],
+    row_count: usize,
+    /// Slots of the partners.
+    other: [u32; ROOM],
+    pub r: [[f64; ROOM]; 3],
+    pub r2: [f64; ROOM],
+    /// s_i s_j.
+    pub weight: [f64; ROOM],
+}
+
+impl Pairs {
+    pub(super) fn new() -> Self {
+        Self {
+            count: 0,
+            rows: [[0; 2]; CHUNK],
+            row_count: 0,
+            other: [0; ROOM],
+            r: [[0.0; ROOM]; 3],
+            r2: [0.0; ROOM],
+            weight: [0.0; ROOM],
+        }
+    }
+
+    /// Takes the next pairs of a block. The lanes behind them hold other pairs, or none.
+    #[inline(always)]
+    pub(super) fn fill<W: Wide, const D: usize>(
+        &mut self,
+        (near, slots): (&Rows, &[u32]),
+        cell: &PeriodicBox,
+        position: &[[f64; 4]],
+        walk: &mut Walk,
+        companion: &mut impl Companion<W>,
+    ) {
+        self.row_count = 0;
+        self.count = walk.next_ranges(&near.ends, CHUNK, |head, lane, pairs| {
+            self.rows[self.row_count] = [head, (lane + pairs.len()) as u32];
+            self.row_count += 1;
+            // SAFETY: a row of this block; CHUNK lanes and eight more.
+            unsafe {
+                self.row::<W, D>((near, slots), cell, position, head, lane, pairs, companion);
+            }
+        });
+    }
+
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    unsafe fn row<W: Wide, const D: usize>(
+        &mut self,
+        (near, slots): (&Rows, &[u32]),
+        cell: &PeriodicBox,
+        position: &[[f64; 4]],
+        head: u32,
+        mut lane: usize,
+        pairs: Range<usize>,
+        companion: &mut impl Companion<W>,
+    ) {
+        let from = Separation::<W>::new(&position[head as usize], cell);
+        companion.begin(head);
+        for k in pairs.step_by(LANES) {
+            // SAFETY: slots of particles; free lanes for all partners and seven more.
+            unsafe {
+                let (_, slots) = eight(&near.places, slots, k);
+                let other = W::columns(position.as_ptr(), &slots);
+                let (x, y) = (from.along(0, other[0]), from.along(1, other[1]));
+                x.store(self.r[0].as_mut_ptr().add(lane));
+                y.store(self.r[1].as_mut_ptr().add(lane));
+                let mut r2 = x.times(x).plus(y.times(y));
+                if D == 3 {
+                    let z = from.along(2, other[2]);
+                    z.store(self.r[2].as_mut_ptr().add(lane));
+                    r2 = r2.plus(z.times(z));
+                }
+                r2.store(self.r2.as_mut_ptr().add(lane));
+                let weight = from.head[3].times(other[3]);
+                weight.store(self.weight.as_mut_ptr().add(lane));
+                let to = self.other.as_mut_ptr().add(lane);
+                for n in 0..LANES {
+                    // One by one: the slots are in as many registers.
+                    std::ptr::write_volatile(to.add(n), slots[n]);
+                }
+                companion.take(&slots, lane);
+            }
+            lane += LANES;
+        }
+    }
+
+    /// Calls `visit(head, first lane, end)` for each row.
+    #[inline(always)]
+    pub(super) fn for_each_row(&self, mut visit: impl FnMut(u32, usize, usize)) {
+        let mut begin = 0;
+        for &[head, end] in &self.rows[..self.row_count] {
+            visit(head, begin, end as usize);
+            begin = end as usize;
+        }
+    }
+
+    /// Adds what is in the lanes to the heads and takes it from the partners.
+    ///
+    /// # Safety
+    /// No other thread uses the slots of this block.
+    #[inline(always)]
+    pub(super) unsafe fn scatter(&self, records: &[[f64; 4]; ROOM], target: &Shared<'_, [f64; 4]>) {
+        self.for_each_row(|head, begin, end| {
+            // Two sums, so that an addition need not wait for the one before.
+            let (mut even, mut odd) = ([0.0; 4], [0.0; 4]);
+            let mut lane = begin;
+            // SAFETY: promised by the caller; a partner is never the head itself.
+            unsafe {
+                while lane + 1 < end {
+                    self.take(records, target, lane, &mut even);
+                    self.take(records, target, lane + 1, &mut odd);
+                    lane += 2;
+                }
+                if lane < end {
+                    self.take(records, target, lane, &mut even);
+                }
+                let own = target.slot(head);
+                for a in 0..4 {
+                    own[a] += even[a] + odd[a];
+                }
+            }
+        });
+    }
+
+    #[inline(always)]
+    unsafe fn take(
+        &self,
+        records: &[[f64; 4]; ROOM],
+        target: &Shared<'_, [f64; 4]>,
+        lane: usize,
+        sum: &mut [f64; 4],
+    ) {
+        // SAFETY: promised by the caller.
+        let (record, other) = unsafe {
+            (
+                records.get_unchecked(lane),
+                target.slot(*self.other.get_unchecked(lane)),
+            )
+        };
+        for a in 0..4 {
+            sum[a] += record[a];
+            other[a] -= record[a];
+        }
+    }
+}
+
+/// The random numbers of the pairs of a chunk.
+#[repr(align(64))]
+pub(super) struct Noise<const N: usize> {
+    /// Ids of heads and partners; after `draw` the counters made of them.
+    names: [[u64; ROOM]; 2],
+    sign: [f64; ROOM],
+    /// Variates.
+    pub xi: [[f64; ROOM]; N],
+}
+
+impl<const N: usize> Noise<N> {
+    pub(super) fn new() -> Self {
+        Self {
+            names: [[0; ROOM]; 2],
+            sign: [1.0; ROOM],
+            xi: [[0.0; ROOM]; N],
+        }
+    }
+
+    /// Takes the ids of eight pairs.
+    #[inline(always)]
+    pub(super) fn name(&mut self, head: u64, others: [u64; LANES], lane: usize) {
+        self.names[0][lane..lane + LANES].fill(head);
+        self.names[1][lane..lane + LANES].copy_from_slice(&others);
+    }
+
+    /// Draws so many variates for each pair: those of (i, j) are those of (j, i), with the other sign
+    /// if they are `signed`.
+    #[inline(always)]
+    pub(super) fn draw<V: Variate>(
+        &mut self,
+        key: &SweepKey,
+        count: usize,
+        variates: usize,
+        signed: bool,
+    ) {
+        let count = whole(count);
+        let [low, high] = &mut self.names;
+        let mut all = 0;
+        for lane in 0..count {
+            let (head, other) = (low[lane], high[lane]);
+            if signed {
+                self.sign[lane] = if head < other { 1.0 } else { -1.0 };
+            }
+            low[lane] = head.min(other);
+            high[lane] = head.max(other);
+            all |= head | other;
+        }
+        if all >> 32 != 0 {
+            // Ids are counted from 0: hardly ever.
+            for lane in 0..count {
+                [low[lane], high[lane]] = pair_counter(low[lane], high[lane]);
+            }
+        }
+        for lane in 0..count {
+            let counter = [low[lane], high[lane], key.tail[0], key.tail[1]];
+            let words = philox4x32_lanes(counter, key.key);
+            let xi = V::draw(words, self.sign[lane], variates);
+            for a in 0..variates.min(N) {
+                self.xi[a][lane] = xi[a];
+            }
+        }
+    }
+}
