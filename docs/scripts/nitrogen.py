@@ -116,7 +116,7 @@ def resistances(study: nitrogen.Study) -> str:
             last = (late.window or (0.0, 0.0))[1] / found.scene.friction_time
             cells = [
                 shown(*_ratio(table["eta"], eta), digits=4),
-                _expected(table["eta"], eta) if table["eta"].judged else "",
+                _expected(table["eta"], eta),
                 shown(late.value / eta, late.stderr / eta, digits=2),
                 f"{last:.0f}",
             ]
@@ -228,8 +228,8 @@ def write(report: Report, study: nitrogen.Study, both: dict[str, nitrogen.Study]
     against = (
         "Over the values asked for. Helfand moments, with the noise of these runs. Expected of "
         "$\\eta$: friction on the particles as they lay, the mean-field share of pressure forces "
-        "within the lags, and what particles carry; of $\\kappa$: the lattice at the time step "
-        "and what friction and motion carry. After ± the accuracy. Lattice: friction by its sum "
+        "within the lags, and what particles carry (judged in cases 1 to 4); of $\\kappa$: the "
+        "lattice at the time step and what friction and motion carry. After ± the accuracy. Lattice: friction by its sum "
         "at the time step; decay of a wave of temperature, without noise, at a wavelength of 16 "
         "spacings or two supports."
     )

@@ -19,7 +19,7 @@ __all__ = ["LARGEST_ERROR", "LARGEST_T", "QUICK_ERROR", "Row", "means_and_varian
 Array = NDArray[np.float64]
 
 # In standard errors, with 31 degrees of freedom: p = 4e-4. In the twelve cases whose particles move
-# 140 rows are judged (viscosity in eight of them), so that one of them is beyond it with a
+# 136 rows are judged (viscosity in four of them), so that one of them is beyond it with a
 # probability of 0.05 (Bonferroni; three rows of a case are one statistic).
 LARGEST_T = 4.0
 LARGEST_ERROR = 0.007  # relative, of what is judged

@@ -127,8 +127,8 @@ def _remarks(found: Measured) -> list[str]:
     lines = [about]
     if found.moves and not transport.stress_known:
         lines.append(
-            f"case {found.case.number}: eta is reported, not judged: cages (mean-field loss of D "
-            f"{transport.loss:.2f}) hold a stress beyond the window, of which there is no theory"
+            f"case {found.case.number}: eta is reported, not judged: the mean field of the stress "
+            "that cages hold is of soft fluids, m c^2/kT near 100"
         )
     for row in found.rows:
         if row.judged and row.measured.relative > row.largest_error:

@@ -45,10 +45,11 @@ SETTLING = 8  # of these steps before a stretch: longer ones leave stiff modes a
 STRESS_LAGS = (10, 20)  # steps: what longer lags add is ever less certain
 DIFFUSION_LAGS = (64, 128)
 LONGEST = 0.04  # long window of the Helfand moment, at most this share of the run
-# Loss of self-diffusion by cages (mean field) up to which a mean field of the stress that they hold
-# is taken for known, and the stiffness up to which it is whatever the loss: it was tried near 100.
-WEAK = 0.2
+# Stiffness m c^2/kT up to which the mean field of cages is taken for known: it was tried near 100.
+# Stiffer fluids have more stress: case 11 is 2.8 % of its viscosity above it within these lags, and
+# cages take nearly half of its self-diffusion where mean field has a sixth.
 SOFT = 200.0
+WEAK = 0.2  # loss of self-diffusion by cages, in mean field, up to which it is an estimate
 ROUNDING = 1e-6  # of a lag: a window holds the lags it ends at
 STRESS_ACCURACY = 1.0 / 3.0  # of the mean-field stress (sdpd.theory.ViscosityTheory)
 
@@ -76,7 +77,7 @@ class Transport:
         the pressure forces that builds up within the window, and what particles carry; a third of
         the second [Pa s].
     stress_known : bool
-        Whether that share has been tried for such fluids: soft ones or those with weak cages.
+        Whether that share has been tried for such fluids: soft ones.
     long_viscosity : Estimate
         By the Helfand moment at long lags: what the pressure forces add beyond the first window
         [Pa s].
@@ -126,7 +127,7 @@ class Recorder:
         self._isothermal = scene.replace(effects=Effects())
         self._theory = _theory(self._isothermal, dt)
         first, last = (lag * dt for lag in STRESS_LAGS)
-        self._blocks = max(2, min(BLOCKS, steps // (2 * STRESS_LAGS[1])))  # each twice the lags
+        self._steps = steps
         self._window = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
         longest = max(LONGEST * steps * dt, last)
         if self._theory is not None:
@@ -215,10 +216,10 @@ class Recorder:
             long=replace(msd, value=msd.value - bias),
             expected_long=caged,
             loss=loss,
-            viscosity=self._helfand(self._window, self._blocks),
+            viscosity=self._helfand(self._window, self._blocks(STRESS_LAGS[1])),
             expected_viscosity=friction + added - left + kinetic,
             viscosity_accuracy=STRESS_ACCURACY * (added - left),
-            stress_known=loss < WEAK or scene.stiffness < SOFT,
+            stress_known=scene.stiffness < SOFT,
             long_viscosity=self._helfand(self._late, LONG_BLOCKS),
             unrelaxed=left,
             lattice_viscosity=asked * scene.factors.viscosity * lattice,
@@ -226,10 +227,14 @@ class Recorder:
             asked_viscosity=asked,
             asked_conductivity=wave.asked,
             lattice_sum=wave.lattice,
-            conductivity=self._heat.slope(temperature, n_blocks=self._blocks),
+            conductivity=self._heat.slope(temperature, n_blocks=self._blocks(self._heat.steps)),
             expected_conductivity=conduction + heat.friction + heat.convection,
             conductivity_accuracy=CONDUCTION_ACCURACY[3] * conduction + heat.convection,
         )
+
+    def _blocks(self, lags: int) -> int:
+        """Of time: each lasts twice the lags."""
+        return max(2, min(BLOCKS, self._steps // (2 * lags)))
 
     def _helfand(self, window: tuple[float, float], blocks: int) -> Estimate:
         """Slope of the increments, the random part's own square replaced by its exact mean."""
