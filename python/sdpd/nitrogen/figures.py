@@ -183,7 +183,8 @@ def _draw_viscosity(axis: Any, found: Measured) -> None:
 
 def _draw_conductivity(axis: Any, found: Measured) -> None:
     assert found.transport is not None
-    _point(axis, found, "kappa", filled=True)
+    if found.moves:
+        _point(axis, found, "kappa", filled=True)
     value = found.transport.lattice_conductivity
     axis.plot(_place(found), value, _MARKERS[_rank(found)], ms=4.5, color="0.6", mfc="white")
 
