@@ -33,8 +33,8 @@ LIMITS = {
 }
 # The more order, the less that measures: particles on a lattice have no waves beyond the Debye wave
 # number, and the density of its sums. So the variance is known no better than this multiple of the
-# share of such waves, and the mean no better than the lattice's is near n. From nitrogen at X = 1258
-# and 7553, h/dx 2.2 to 4.5: up to 2.7 shares away (docs/validation/nitrogen).
+# share of such waves, and the mean no better than the lattice's is near n. From nitrogen at
+# X = 1258 and 7553, h/dx 2.2 to 4.5: up to 2.7 shares away (docs/validation/nitrogen).
 SHORT_WAVES = 3.0
 
 
