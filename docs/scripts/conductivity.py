@@ -9,13 +9,14 @@ from report import Report, grid, shown, subplots
 import sdpd
 from sdpd import conductivity
 
-# dimension, equation of state, C/k_B, kappa/C, eta
+# dimension, equation of state, C/k_B, kappa/C, eta, and exponent of kappa and eta in T
 CASES = {
-    "liquid, conduction rules": (3, "liquid", 50.0, 10.0, 20.0),
-    "liquid, friction matters": (3, "liquid", 50.0, 1.0, 20.0),
-    "liquid, thin": (3, "liquid", 50.0, 1.0, 2.0),
-    "gas": (3, "gas", 25.0, 4.0, 20.0),
-    "liquid in two dimensions": (2, "liquid", 50.0, 1.0, 20.0),
+    "liquid, conduction rules": (3, "liquid", 50.0, 10.0, 20.0, 0.0),
+    "liquid, friction matters": (3, "liquid", 50.0, 1.0, 20.0, 0.0),
+    "liquid, thin": (3, "liquid", 50.0, 1.0, 2.0, 0.0),
+    "gas": (3, "gas", 25.0, 4.0, 20.0, 0.0),
+    "gas, as T^0.7": (3, "gas", 25.0, 4.0, 20.0, 0.7),
+    "liquid in two dimensions": (2, "liquid", 50.0, 1.0, 20.0, 0.0),
 }
 EDGE = {2: 16.0, 3: 8.0}
 # How long, over the default: where motion carries much, the flux is noisy.
@@ -24,14 +25,20 @@ LENGTH = {
     "liquid, friction matters": 0.5,
     "liquid, thin": 1.0,
     "gas": 0.6,
+    "gas, as T^0.7": 0.6,
     "liquid in two dimensions": 0.4,
 }
 
 
 def scene(
-    dimension: int, kind: str, capacity: float, diffusivity: float, viscosity: float
+    dimension: int,
+    kind: str,
+    capacity: float,
+    diffusivity: float,
+    viscosity: float,
+    exponent: float,
 ) -> sdpd.Scene:
-    """m = dx = k_B = T_0 = 1, X = 100; kappa = C times the diffusivity."""
+    """m = dx = k_B = T_0 = 1, X = 100; kappa = C times the diffusivity, at T_0."""
     law = sdpd.eos.IdealGas() if kind == "gas" else sdpd.eos.Linear(background_pressure=100.0)
     fluid = sdpd.Fluid(
         density=1.0,
@@ -40,6 +47,8 @@ def scene(
         boltzmann_constant=1.0,
         heat_capacity=capacity,
         thermal_conductivity=diffusivity * capacity,
+        viscosity_exponent=exponent,
+        conductivity_exponent=exponent,
         equation_of_state=law,
         dimension=dimension,
     )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import warnings
 from pathlib import Path
 
 import pytest
 
 import sdpd
 from sdpd import cli, conductivity
+from sdpd.conductivity.predictions import warm_pairs
 
 from .thermal import fluid, gas, scene
 
@@ -53,6 +55,31 @@ def test_an_imposed_gradient_with_noise() -> None:
     assert abs(found.value / (2000.0 * made.factors.conductivity) - 1.0) < 0.03 + 3 * found.relative
 
 
+def test_fluctuating_temperatures_conduct_more_where_conduction_grows_with_them() -> None:
+    # n = 1: <T_i T_j (T_i + T_j)/2> is (1 + 1/k) T^3
+    assert warm_pairs(0.0, 7.0) == pytest.approx(1.0, rel=1e-12)
+    assert warm_pairs(1.0, 7.0) == pytest.approx(1.0 + 1.0 / 7.0, rel=1e-12)
+    flat, steep = (scene(gas(25.0, conductivity_exponent=n)) for n in (0.0, 0.7))
+    ratio = conductivity.predict(steep).conduction / conductivity.predict(flat).conduction
+    assert ratio == pytest.approx(warm_pairs(0.7, 25.0), rel=1e-12)
+
+
+def test_the_step_of_the_fluid_is_right_for_its_slab() -> None:
+    """Its hot plate would ask for less, and a warning that nobody can heed."""
+    made = scene(gas(25.0), effects=sdpd.Effects(energy=True, fluctuations=False))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", sdpd.TimeStepWarning)
+        conductivity.imposed_gradient(made, difference=0.8, times=0.02, n_blocks=2)
+        conductivity.imposed_gradient(
+            made, difference=0.8, times=0.02, n_blocks=2, dt=sdpd.Simulation(made).dt
+        )
+
+
+def test_what_is_asked_is_that_of_the_fluid_where_it_is_calibrated() -> None:
+    made = scene(calibrate=True)
+    assert conductivity.decay(made).asked == made.fluid.thermal_conductivity != made.conductivity
+
+
 def test_bad_arguments_are_named() -> None:
     plain = scene(effects=sdpd.Effects())
     for measure in (conductivity.decay, conductivity.imposed_gradient):
@@ -64,6 +91,8 @@ def test_bad_arguments_are_named() -> None:
         conductivity.decay(scene(), steps=0)
     with pytest.raises(ValueError, match="`wavenumber` must be"):
         conductivity.lattice_conductivity(scene(), -1.0)
+    with pytest.raises(TypeError, match="`quick` must be True or False"):
+        conductivity.run_conductivity(scene(), quick="yes")
 
 
 # --- in equilibrium, and all ways together ------------------------------------------------------

@@ -191,6 +191,29 @@ def test_quick_study_agrees(quick_study):
     assert max(map(len, text.splitlines())) <= 120
 
 
+def test_a_lattice_that_has_not_melted_is_told(quick_study):
+    assert 0.0 <= quick_study.stayed <= 1.0
+    solid = dataclasses.replace(quick_study, stayed=0.92)
+    assert "92% of the particles are within half a spacing of where they began" in str(solid)
+    fluid = dataclasses.replace(quick_study, stayed=0.1)
+    assert "half a spacing" not in str(fluid)
+
+
+@pytest.mark.parametrize(("stiffness", "support"), [(100.0, 2.65), (7500.0, 2.25)])
+def test_order_bounds_the_accuracy_of_the_density(stiffness, support):
+    """Of a stiff fluid the excess is small, and the random phases are not better for that."""
+    resolution = sdpd.Resolution(spacing=1.0, kernel="wendland_c2", support=support)
+    scene = small_scene(3, 10, resolution=resolution, sound_speed=stiffness**0.5)
+    theory = DensityPrediction(scene, 0.0)
+    assert 0.0 < theory.short_waves < 0.2
+    assert theory.accuracy("variance") == pytest.approx(
+        max(0.03, 12.0 * theory.bias, 3.0 * theory.short_waves)
+    )
+    ordered = abs(scene.factors.density - 1.0)
+    assert theory.accuracy("mean") == pytest.approx(max(5e-4, 0.3 * theory.bias, ordered))
+    assert (3.0 * theory.short_waves > 12.0 * theory.bias) == (stiffness > 1000.0)
+
+
 def test_same_seed_same_numbers():
     one, two = (
         run_fluctuations(small_scene(edge=8), seed=4, plan=short_plan(), progress=False, threads=n)

@@ -8,7 +8,7 @@ The command is ``sdpd conductivity SCENE.toml``.
 
 from __future__ import annotations
 
-from sdpd.conductivity.equilibrium import Equilibrium, equilibrium
+from sdpd.conductivity.equilibrium import Equilibrium, HeatMoment, equilibrium
 from sdpd.conductivity.figures import plot, write_figure
 from sdpd.conductivity.gradient import imposed_gradient
 from sdpd.conductivity.lattice import Decay, decay, lattice_conductivity
@@ -19,6 +19,7 @@ from sdpd.conductivity.study import Study, run_conductivity
 __all__ = [
     "Decay",
     "Equilibrium",
+    "HeatMoment",
     "Prediction",
     "Study",
     "decay",

@@ -22,9 +22,10 @@ from sdpd.scene import Scene
 from sdpd.viscosity.plan import sample_scene
 
 if TYPE_CHECKING:
+    from sdpd.observers import HeatCurrentCorrelator
     from sdpd.simulation import Simulation
 
-__all__ = ["Equilibrium", "equilibrium"]
+__all__ = ["Equilibrium", "HeatMoment", "equilibrium"]
 
 BLOCKS = 32
 PARTS = ("total", "conduction", "friction", "pressure", "convection")
@@ -58,7 +59,7 @@ class Equilibrium:
     temperature : Estimate
         Mean over the run [temperature].
     asked : float
-        Of the scene.
+        Of the fluid.
     dt : float
         [time].
     steps : int
@@ -88,6 +89,54 @@ class Equilibrium:
         """2 V k_B T^2: what increments are divided by, and by the lag, to be a conductivity."""
         scene, t = self.sample, self.temperature.value
         return 2.0 * scene.box.volume * scene.fluid.boltzmann_constant * t * t
+
+
+class HeatMoment:
+    """The Helfand moment of heat of a run in equilibrium, and its slope.
+
+    Parameters
+    ----------
+    scene : Scene
+    dt : float
+        Of the run [time].
+    window : tuple of float, optional
+        First and last lag of the fit [time]; as for `equilibrium` if None.
+
+    Attributes
+    ----------
+    observer : HeatCurrentCorrelator
+        For the run.
+    window : tuple of float
+        [time].
+    steps : int
+        Which the lags span.
+    """
+
+    def __init__(self, scene: Scene, dt: float, window: tuple[float, float] | None = None) -> None:
+        from sdpd.observers import HeatCurrentCorrelator
+
+        self._scene = scene
+        self.window = first, last = _window(window, scene, dt)
+        every = max(1, int(min(first / SAMPLES, (last - first) / 4.0) / dt))
+        points = 2 * math.ceil(0.5 * (last / (every * dt) + 2.0))
+        self.steps = points * every
+        self.observer: HeatCurrentCorrelator = HeatCurrentCorrelator(
+            every=every, points=points, levels=1
+        )
+
+    def slope(self, temperature: float, *, n_blocks: int = BLOCKS) -> Estimate:
+        """The conductivity at the mean temperature of the run."""
+        return self.slope_of(self.observer.increments(n_blocks=n_blocks), temperature)
+
+    def slope_of(self, curve: Correlation, temperature: float) -> Estimate:
+        """That of increments of the moment, or of a part of it."""
+        return einstein_conductivity(
+            curve,
+            volume=self._scene.box.volume,
+            temperature=temperature,
+            boltzmann_constant=self._scene.fluid.boltzmann_constant,
+            window=self.window,
+        )
 
 
 def equilibrium(
@@ -148,7 +197,7 @@ def equilibrium(
     of temperature: the asked conduction as the particles lie, and the heat that friction, pressure
     and moving particles carry on top.
     """
-    from sdpd.observers import HeatCurrentCorrelator, Thermodynamics
+    from sdpd.observers import Thermodynamics
     from sdpd.simulation import Simulation
 
     _check(scene)
@@ -157,49 +206,39 @@ def equilibrium(
         scene.replace(effects=replace(scene.effects, energy=True)), particles=particles
     )
     step = scene_step(sample, dt)
-    first, last = _window(window, sample, step)
-    every = max(1, int(min(first / SAMPLES, (last - first) / 4.0) / step))
-    points = 2 * math.ceil(0.5 * (last / (every * step) + 2.0))
+    moment = HeatMoment(sample, step, window)
+    span = moment.steps
     if steps is None:
         steps = int(
             validation.positive("work", work) / (sample.n_particles * sample.pairs_per_particle)
         )
-        steps = max(steps, 2 * blocks * points * every)
-    number = validation.integer("steps", steps, minimum=blocks * points * every)
+        steps = max(steps, 2 * blocks * span)
+    number = validation.integer("steps", steps, minimum=blocks * span)
     sim = Simulation(sample, dt=step, seed=seed, threads=threads)
     _settle(sim, progress)
-    current = HeatCurrentCorrelator(every=every, points=points, levels=1)
+    current = moment.observer
     thermo = Thermodynamics(every=max(1, number // (8 * blocks)))
     sim.run(steps=number, observe=[current, thermo], progress=progress)
     temperature = block_average(thermo["internal_temperature"], n_blocks=blocks)
+    kelvin = temperature.value
     fluid = {
         "volume": sample.box.volume,
-        "temperature": temperature.value,
+        "temperature": kelvin,
         "boltzmann_constant": sample.fluid.boltzmann_constant,
     }
     increments = {name: current.increments(name, n_blocks=blocks) for name in PARTS}
     function = current.autocorrelation(n_blocks=blocks)
-
-    def slope(curve: Correlation) -> Estimate:
-        return einstein_conductivity(
-            curve,
-            volume=sample.box.volume,
-            temperature=temperature.value,
-            boltzmann_constant=sample.fluid.boltzmann_constant,
-            window=(first, last),
-        )
-
-    slopes = {name: slope(curve) for name, curve in increments.items()}
+    slopes = {name: moment.slope_of(curve, kelvin) for name, curve in increments.items()}
     noise = current.noise_increments(n_blocks=blocks)
     return Equilibrium(
         helfand=slopes.pop("total"),
-        green_kubo=green_kubo_conductivity(function, cutoff=last, **fluid),
+        green_kubo=green_kubo_conductivity(function, cutoff=moment.window[1], **fluid),
         shares=slopes,
-        noise=slope(noise),
+        noise=moment.slope_of(noise, kelvin),
         increments=increments,
         running=running_conductivity(function, **fluid),
         temperature=temperature,
-        asked=sample.conductivity,
+        asked=sample.fluid.thermal_conductivity or 0.0,
         dt=step,
         steps=number,
         sample=sample,

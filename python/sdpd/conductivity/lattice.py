@@ -28,7 +28,7 @@ class Decay:
     lattice : float
         Of the sum over the lattice at this wavelength: what a short step delivers.
     asked : float
-        Of the scene.
+        Of the fluid.
     dt : float
         The time step [time].
     """
@@ -163,7 +163,8 @@ def decay(scene: Scene, *, dt: float | str = "auto", steps: int = 40) -> Decay:
     rate = math.log(start / end) / sim.time
     capacity = scene.heat_capacity_number * scene.fluid.boltzmann_constant
     delivered = rate * capacity / (k**2 * spacing**d)
-    return Decay(delivered, lattice_conductivity(still, k), scene.conductivity, sim.dt)
+    asked = scene.fluid.thermal_conductivity or 0.0
+    return Decay(delivered, lattice_conductivity(still, k), asked, sim.dt)
 
 
 def scene_step(scene: Scene, dt: float | str) -> float:

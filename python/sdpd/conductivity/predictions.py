@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from sdpd import validation
 from sdpd.scene import Scene
 
-__all__ = ["Prediction", "predict"]
+__all__ = ["Prediction", "predict", "warm_pairs"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,8 @@ class Prediction:
     Attributes
     ----------
     conduction : float
-        Asked, times the factor of the lattice (over that divided out where it is calibrated).
+        Asked, times the factor of the lattice (over that divided out where it is calibrated), and
+        times `warm_pairs` where it follows the temperature.
     friction : float
         (D a + b) k_B/(4 m), times the same factor; short steps.
     convection : float
@@ -78,8 +79,46 @@ def predict(scene: Scene, *, dt: float = 0.0) -> Prediction:
     density = scene.n_particles / scene.box.volume
     turns = 0.5 * rate * validation.non_negative("dt", dt)
     slower = turns / math.tanh(turns) if turns > 0.0 else 1.0
+    warmer = 1.0
+    if moving.fluctuations and moving.variable_transport:
+        warmer = warm_pairs(scene.fluid.conductivity_exponent, scene.heat_capacity_number)
     return Prediction(
-        conduction=scene.conductivity * factor,
+        conduction=scene.conductivity * factor * warmer,
         friction=friction if moving.viscous_heating else 0.0,
         convection=density * capacity * scene.thermal_energy / mass / rate * slower,
+    )
+
+
+def warm_pairs(exponent: float, k: float) -> float:
+    r"""Conduction of fluctuating temperatures over that at their mean, kappa going as T^exponent.
+
+    Parameters
+    ----------
+    exponent : float
+        n [1].
+    k : float
+        C/k_B [1], > 0.
+
+    Returns
+    -------
+    float
+        1 where n = 0; about 1 + n (n + 3)/(4 k) [1].
+
+    Notes
+    -----
+    The mean over pairs of T_i T_j ((T_i + T_j)/2)^n over T^(n + 2), of independent temperatures
+    that are Gamma distributed:
+
+    .. math:: \frac{\Gamma(2k+n+2)}{\Gamma(2k+2)\,(2k)^n}
+
+    Examples
+    --------
+    >>> from sdpd.conductivity.predictions import warm_pairs
+    >>> f"{warm_pairs(0.7, 25.0):.3f}"
+    '1.026'
+    """
+    return math.exp(
+        math.lgamma(2.0 * k + exponent + 2.0)
+        - math.lgamma(2.0 * k + 2.0)
+        - exponent * math.log(2.0 * k)
     )

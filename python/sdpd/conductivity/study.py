@@ -132,7 +132,8 @@ def run_conductivity(
     """
     check_conduction(scene)
     seed = validation.integer("seed", seed, minimum=0)
-    factor = validation.positive("time_factor", time_factor) * (QUICK_SHARE if quick else 1.0)
+    factor = validation.positive("time_factor", time_factor)
+    factor *= QUICK_SHARE if validation.boolean("quick", quick) else 1.0
     began = time.perf_counter()
     at_rest = equilibrium(
         scene,
@@ -152,6 +153,8 @@ def run_conductivity(
         seed=seed + 1,
         n_blocks=BLOCKS,
         dt=at_rest.dt,
+        threads=threads,
+        progress=progress,
     )
     expected = predict(at_rest.sample, dt=at_rest.dt)
     found, conduction = at_rest.helfand, at_rest.shares["conduction"]

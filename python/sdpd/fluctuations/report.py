@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from sdpd import timestep
 from sdpd.fluctuations.results import LEVEL
+from sdpd.initial import LatticeStart
 from sdpd.units import quantity
 
 if TYPE_CHECKING:
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from sdpd.fluctuations.study import Study
 
 __all__ = ["failure_bound", "item_table", "report", "threshold"]
+
+MELTED = 0.5  # share of particles in their place below which a start is taken for forgotten
 
 
 def threshold(study: Study) -> float:
@@ -118,6 +121,13 @@ def _notes(study: Study) -> str:
         parts.append(
             "No prediction for the density: the fluid is beyond the pairing limit of its kernel "
             "and equation of state, where particles clump."
+        )
+    if study.stayed > MELTED:
+        lattice = isinstance(study.scene.start, LatticeStart)
+        parts.append(
+            f"{study.stayed:.0%} of the particles are within half a spacing of where they began: "
+            + ("the lattice of the start has not melted" if lattice else "they are caged")
+            + ", and densities are those of that arrangement (start=RandomStart(), --time-factor)."
         )
     share = 100.0 * study.drift.value
     parts.append(

@@ -7,6 +7,7 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sdpd import validation
 from sdpd.analysis import Estimate
@@ -42,6 +43,8 @@ class Study:
         Wall time [s].
     energy_change : float
         Of a fluid with an energy, over the kinetic energy [1].
+    stayed : float
+        Share of the particles that ended within half a spacing of where they began [1].
     """
 
     scene: Scene
@@ -54,6 +57,7 @@ class Study:
     drift: Estimate
     seconds: float
     energy_change: float = 0.0
+    stayed: float = 0.0
 
     @property
     def steady(self) -> bool:
@@ -139,6 +143,7 @@ def run_fluctuations(
         )
     if scene.active_effects.energy:
         simulation.temperatures = draw_temperatures(scene, seed)
+    first = simulation.positions.copy()
     energy = simulation.total_energy if scene.active_effects.energy else 0.0
     if chosen.equilibration:
         simulation.run(steps=chosen.equilibration, progress=progress)
@@ -160,7 +165,15 @@ def run_fluctuations(
         drift=drift(sampler),
         seconds=time.perf_counter() - began,
         energy_change=change,
+        stayed=_stayed(scene, simulation.positions - first),
     )
+
+
+def _stayed(scene: Scene, moved: NDArray[np.float64]) -> float:
+    """Share of displacements below half a spacing."""
+    box = np.asarray(scene.box.lengths)
+    away = np.linalg.norm(moved - box * np.rint(moved / box), axis=1)
+    return float(np.mean(away < 0.5 * scene.spacing))
 
 
 def _prediction(scene: Scene, dt: float, sampler: Sampler) -> DensityPrediction | None:

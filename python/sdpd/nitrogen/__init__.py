@@ -13,7 +13,8 @@ from __future__ import annotations
 from sdpd.nitrogen.cases import CASES, FROZEN, PUBLISHED_PARTICLES, Case, scene_of
 from sdpd.nitrogen.figures import plot, plot_transport, write_figure
 from sdpd.nitrogen.files import write
-from sdpd.nitrogen.measure import Measured, Plan, Row, measure
+from sdpd.nitrogen.measure import Measured, Plan, measure
+from sdpd.nitrogen.rows import Row
 from sdpd.nitrogen.study import DEFAULT, Study, run_nitrogen
 from sdpd.nitrogen.transport import Transport
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,19 +13,24 @@ import numpy as np
 from sdpd.drawing import BLUE, GREEN, ORANGE, PURPLE, VERMILION, figure_or_new, save
 
 if TYPE_CHECKING:
-    from sdpd.nitrogen.measure import Measured, Row
+    from sdpd.nitrogen.measure import Measured
+    from sdpd.nitrogen.rows import Row
     from sdpd.nitrogen.study import Study
 
 __all__ = ["plot", "plot_transport", "write_figure"]
 
-_SIZE = (9.0, 3.6)  # inch
-_WIDE = (10.8, 3.8)
+_SIZE = (9.0, 3.4)  # inch, a row of panels
+_WIDE = (10.8, 4.4)
 _MARKERS = "os^D"  # by rank of the support
 _COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
+_PANELS = (("Var T", "Var V"), ("Var rho", "Var P"))
+_LIMITS = ((0.9, 1.75), (0.3, 2.2))  # of the cases that move; beyond them at the edge
 
 
 def plot(study: Study, figure: Any = None) -> Any:
     """Draw measured and published variances over the expected ones, case by case.
+
+    Cases that move and frozen ones have a row of panels each, these on a logarithmic scale.
 
     Parameters
     ----------
@@ -36,26 +42,57 @@ def plot(study: Study, figure: Any = None) -> Any:
     -------
     matplotlib Figure
     """
-    figure = figure_or_new(figure, _SIZE)
-    axes = figure.subplots(1, 2)
-    numbers = [found.case.number for found in study.cases]
-    panels = (("Var T", "Var V"), ("Var rho", "Var P"))
-    for axis, names in zip(axes, panels, strict=True):
-        for name, colour, other in zip(names, (BLUE, GREEN), (VERMILION, ORANGE), strict=True):
-            rows = [row for found in study.cases for row in found.rows if row.name == name]
-            ratio = [row.measured.value / row.expected for row in rows]
-            error = [row.measured.stderr / row.expected for row in rows]
-            axis.errorbar(numbers, ratio, error, fmt="o", ms=4, color=colour, label=name)
-            theirs = [(row.published or math.nan) / row.expected for row in rows]
-            axis.plot(numbers, theirs, "x", color=other, label=f"{name}, Yang (2013)")
-        axis.axhline(1.0, color="0.5", linewidth=0.8)
-        axis.set(xlabel="case", ylabel="variance over the expected one [1]")
-        axis.set_yscale("log")
-        axis.set_xticks(numbers)
-        axis.grid(color="0.9", linewidth=0.7)
-        axis.set_axisbelow(True)
-        axis.legend(fontsize=8)
+    parts = _parts(study)
+    figure = figure_or_new(figure, (_SIZE[0], _SIZE[1] * len(parts)))
+    grid = figure.subplots(len(parts), 2, squeeze=False)
+    for axes, cases in zip(grid, parts, strict=True):
+        for axis, names, limits in zip(axes, _PANELS, _LIMITS, strict=True):
+            _draw_variances(axis, cases, names, limits if cases[0].moves else None)
+        axes[0].set_ylabel("variance over the expected one [1]")
+    for axis in grid[-1]:
+        axis.set_xlabel("case")
     return figure
+
+
+def _parts(study: Study) -> list[list[Measured]]:
+    """Cases that move, and frozen ones, where there are any."""
+    moving = [found for found in study.cases if found.moves]
+    frozen = [found for found in study.cases if not found.moves]
+    return [part for part in (moving, frozen) if part]
+
+
+def _draw_variances(
+    axis: Any, cases: list[Measured], names: Sequence[str], limits: tuple[float, float] | None
+) -> None:
+    numbers = np.array([found.case.number for found in cases], dtype=float)
+    for k, (name, colour, other) in enumerate(
+        zip(names, (BLUE, GREEN), (VERMILION, ORANGE), strict=True)
+    ):
+        rows = [_row(found, name) for found in cases]
+        place = numbers + 0.16 * (2 * k - 1)
+        known = [row.accuracy / row.expected for row in rows]
+        if limits and any(known):
+            axis.bar(
+                place, 2.0 * np.array(known), 0.3, 1.0 - np.array(known), color=colour, alpha=0.2
+            )
+        ratio = [row.measured.value / row.expected for row in rows]
+        error = [row.measured.stderr / row.expected for row in rows]
+        axis.errorbar(place, ratio, error, fmt="o", ms=4, color=colour, label=name)
+        theirs = np.array([(row.published or math.nan) / row.expected for row in rows])
+        high = theirs > limits[1] if limits else np.zeros(len(theirs), dtype=bool)
+        axis.plot(place[~high], theirs[~high], "x", color=other, label=f"{name}, Yang (2013)")
+        if limits:
+            edge = np.full(int(high.sum()), limits[1] - 0.03 * (limits[1] - limits[0]))
+            axis.plot(place[high], edge, "^", ms=5, color=other)
+    axis.axhline(1.0, color="0.5", linewidth=0.8)
+    if limits:
+        axis.set_ylim(*limits)
+    else:
+        axis.set_yscale("log")
+    axis.set_xticks(numbers)
+    axis.grid(color="0.9", linewidth=0.7)
+    axis.set_axisbelow(True)
+    axis.legend(fontsize=7.5)
 
 
 def plot_transport(study: Study, figure: Any = None) -> Any:
@@ -97,7 +134,7 @@ def plot_transport(study: Study, figure: Any = None) -> Any:
         axis.set_xscale("log")
         axis.grid(color="0.9", linewidth=0.7)
         axis.set_axisbelow(True)
-    diffusion.legend(handles=_legend(), fontsize=7, loc="lower left")
+    figure.legend(handles=_legend(), fontsize=8, loc="outside lower center", ncols=5, frameon=False)
     return figure
 
 
@@ -146,7 +183,7 @@ def _draw_viscosity(axis: Any, found: Measured) -> None:
 
 def _draw_conductivity(axis: Any, found: Measured) -> None:
     assert found.transport is not None
-    if found.transport.conductivity is not None:
+    if found.moves:
         _point(axis, found, "kappa", filled=True)
     value = found.transport.lattice_conductivity
     axis.plot(_place(found), value, _MARKERS[_rank(found)], ms=4.5, color="0.6", mfc="white")
@@ -171,22 +208,26 @@ def _legend() -> list[Any]:
         Line2D([], [], marker=m, ms=4.5, color=c, linewidth=0.8, label=f"h/Δx = {name}")
         for m, c, name in zip(_MARKERS, _COLOURS, ("2.3", "2.9", "3.5", "4.4"), strict=True)
     ]
-    handles.append(
-        Line2D([], [], marker="o", ms=4.5, mfc="white", color="0.3", ls="", label="short times")
-    )
-    handles.append(Line2D([], [], marker="_", ms=11, color="0.3", ls="", label="expected"))
-    handles.append(Line2D([], [], marker="x", ms=4, color="0.4", ls="", label="Yang (2013)"))
+    rest: dict[str, Any] = {"ls": "", "color": "0.3"}
+    handles += [
+        Line2D([], [], marker="o", ms=4.5, **rest, label="with noise (D: long times)"),
+        Line2D([], [], marker="o", ms=4.5, mfc="white", **rest, label="D of short times"),
+        Line2D([], [], marker="o", ms=4.5, mfc="white", color="0.6", ls="", label="lattice"),
+        Line2D([], [], marker="_", ms=11, **rest, label="expected"),
+        Line2D([], [], marker="x", ms=4, color="0.4", ls="", label="Yang (2013)"),
+    ]
     return handles
 
 
 def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
     """Write nitrogen.png, variances and where measured transport; the folder is made if need be."""
+    height = _SIZE[1] * len(_parts(study))
     if all(found.transport is None for found in study.cases):
-        return save(lambda figure: plot(study, figure), folder, "nitrogen", size=_SIZE)
+        return save(lambda figure: plot(study, figure), folder, "nitrogen", size=(_SIZE[0], height))
 
     def both(figure: Any) -> None:
-        upper, lower = figure.subfigures(2, 1)
+        upper, lower = figure.subfigures(2, 1, height_ratios=(height, _WIDE[1]))
         plot(study, upper)
         plot_transport(study, lower)
 
-    return save(both, folder, "nitrogen", size=(_WIDE[0], _SIZE[1] + _WIDE[1]))
+    return save(both, folder, "nitrogen", size=(_WIDE[0], height + _WIDE[1]))

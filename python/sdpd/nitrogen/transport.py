@@ -1,9 +1,8 @@
 """Self-diffusion, viscosity and conductivity of a case, from the run that gives its variances.
 
-The long-time coefficient follows from the displacements and the viscosity from the Helfand moment
-of that run; the slope of the velocity autocorrelation from short stretches of small steps after it;
-the conductivity from a wave of temperature that dies out on the lattice, and where particles move
-also from the heat through a slab.
+The long-time coefficient follows from the displacements, viscosity and conductivity from the
+Helfand moments of momentum and heat of that run; the slope of the velocity autocorrelation from
+short stretches of small steps after it.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from sdpd import conductivity
 from sdpd.analysis import Correlation, Estimate, einstein_diffusion, einstein_viscosity, ensemble
 from sdpd.analysis.diffusion import short_time_diffusion
+from sdpd.conductivity.study import CONDUCTION_ACCURACY
 from sdpd.diffusion.collective import collective_theory
 from sdpd.diffusion.measure import SLOPE_LAGS, normalized_vacf
 from sdpd.effects import Effects
@@ -31,18 +31,27 @@ from sdpd.viscosity.predictions import viscosity_theory
 
 if TYPE_CHECKING:
     from sdpd.observers import Correlator, StressCorrelator
+    from sdpd.observers.base import Observer
     from sdpd.simulation import Simulation
 
 __all__ = ["Recorder", "Transport"]
 
 Array = NDArray[np.float64]
 
-BLOCKS = 8  # of time, behind the errors of what needs long lags
+BLOCKS = 32  # of time, behind the errors of what is judged
+LONG_BLOCKS = 8  # likewise of what needs long lags
 SLOPE_STEP = 0.05  # of tau
 SETTLING = 8  # of these steps before a stretch: longer ones leave stiff modes a little too hot
-LONGEST = 0.04  # window of the Helfand moment, at most this share of the run
-WEAK = 0.5  # loss by cages beyond which the mean-field estimate of it means nothing
-DIFFERENCE = 0.3  # of temperature across the slab
+STRESS_LAGS = (10, 20)  # steps: what longer lags add is ever less certain
+DIFFUSION_LAGS = (64, 128)
+LONGEST = 0.04  # long window of the Helfand moment, at most this share of the run
+# Stiffness m c^2/kT up to which the mean field of cages is taken for known: it was tried near 100.
+# Stiffer fluids have more stress: case 11 is 2.8 % of its viscosity above it within these lags, and
+# cages take nearly half of its self-diffusion where mean field has a sixth.
+SOFT = 200.0
+WEAK = 0.2  # loss of self-diffusion by cages, in mean field, up to which it is an estimate
+ROUNDING = 1e-6  # of a lag: a window holds the lags it ends at
+STRESS_ACCURACY = 1.0 / 3.0  # of the mean-field stress (sdpd.theory.ViscosityTheory)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,37 +66,55 @@ class Transport:
     long : Estimate
         By the mean-square displacement; ``window`` is the lags used [m^2/s].
     expected_long : float
-        Mean-field estimate with cages and returning momentum, for weak cages [m^2/s].
+        Mean-field estimate with cages and returning momentum, of soft fluids with weak cages
+        [m^2/s].
+    loss : float
+        Of self-diffusion by cages, in mean field [1]; nan beyond the pairing limit.
     viscosity : Estimate
         By the Helfand moment; ``window`` is the lags used [Pa s].
-    expected_viscosity : float
-        Friction on the particles as they lay at the time step of the run, and the mean-field share
-        of the pressure forces that builds up within the window [Pa s].
+    expected_viscosity, viscosity_accuracy : float
+        Friction on the particles as they lay at the time step of the run, the mean-field share of
+        the pressure forces that builds up within the window, and what particles carry; a third of
+        the second [Pa s].
+    stress_known : bool
+        Whether that share has been tried for such fluids: soft ones.
+    long_viscosity : Estimate
+        By the Helfand moment at long lags: what the pressure forces add beyond the first window
+        [Pa s].
     unrelaxed : float
-        Mean-field share that builds up beyond the window [Pa s].
+        Mean-field share that builds up beyond the first window [Pa s].
     lattice_viscosity, lattice_conductivity : float
         Delivered on the undisturbed lattice at the time step of the run [Pa s], [W/(m K)].
     asked_viscosity, asked_conductivity : float
         Of the fluid [Pa s], [W/(m K)].
-    expected_conductivity : float
-        Of the sum over the lattice, at the same wavelength [W/(m K)].
-    conductivity : Estimate or None
-        By the heat through a slab, with noise [W/(m K)]; None for frozen particles.
+    lattice_sum : float
+        Conductivity of the sum over the lattice, at the wavelength of `lattice_conductivity`.
+    conductivity : Estimate
+        By the Helfand moment of heat [W/(m K)].
+    expected_conductivity, conductivity_accuracy : float
+        Of the lattice at the time step, with what friction and motion carry; what disorder takes
+        at most, and all that motion carries [W/(m K)].
     """
 
     short: Estimate
     exact: Estimate
     long: Estimate
     expected_long: float
+    loss: float
     viscosity: Estimate
     expected_viscosity: float
+    viscosity_accuracy: float
+    stress_known: bool
+    long_viscosity: Estimate
     unrelaxed: float
     lattice_viscosity: float
     lattice_conductivity: float
     asked_viscosity: float
     asked_conductivity: float
+    lattice_sum: float
+    conductivity: Estimate
     expected_conductivity: float
-    conductivity: Estimate | None
+    conductivity_accuracy: float
 
 
 class Recorder:
@@ -99,19 +126,30 @@ class Recorder:
         self._scene, self._dt = scene, dt
         self._isothermal = scene.replace(effects=Effects())
         self._theory = _theory(self._isothermal, dt)
-        longest = LONGEST * steps * dt
+        first, last = (lag * dt for lag in STRESS_LAGS)
+        self._steps = steps
+        self._window = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
+        longest = max(LONGEST * steps * dt, last)
         if self._theory is not None:
-            longest = min(longest, 2.0 * self._theory.relaxation_time())
-        self._window = 0.5 * longest, longest
-        every = max(1, round(longest / (62.0 * dt)))
-        self.stress: StressCorrelator = StressCorrelator(
-            every=every, points=64, levels=2, parts=True
+            longest = max(min(longest, 2.0 * self._theory.relaxation_time()), last)
+        self._late = 0.5 * longest, longest
+        levels = 1 + max(0, math.ceil(math.log2(longest / dt / 31.0)))
+        self._stress: StressCorrelator = StressCorrelator(
+            every=1, points=32, levels=levels, parts=True
         )
-        levels = 1 + max(0, math.ceil(math.log2(steps / BLOCKS / 31.0)))  # to the end of a block
-        self.motion: Correlator = Correlator(every=1, points=32, levels=levels)
+        block = 0.9 * steps / LONG_BLOCKS  # lags end within a block
+        first, last = (min(lag, block * lag / DIFFUSION_LAGS[1]) * dt for lag in DIFFUSION_LAGS)
+        self._long = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
+        levels = 1 + max(0, math.ceil(math.log2(last / dt / 30.0)))
+        self._motion: Correlator = Correlator(every=1, points=32, levels=levels)
+        self._heat = conductivity.HeatMoment(scene, dt)
         longest_wave = np.array([[1, 0, 0]])
-        self._arrangement = Arrangement(self._isothermal, wave_vectors=longest_wave, dt=dt, every=1)
-        self._long = 0.4 * steps * dt / BLOCKS, 0.9 * steps * dt / BLOCKS
+        self._arrangement = Arrangement(scene, wave_vectors=longest_wave, dt=dt, every=1)
+
+    @property
+    def observers(self) -> list[Observer]:
+        """Of the run."""
+        return [self._stress, self._motion, self._heat.observer]
 
     def look(self, sim: Simulation) -> None:
         """Note the friction on the particles as they lie, between stretches of the run."""
@@ -126,12 +164,13 @@ class Recorder:
         rates, blocks = [], []
         for _ in range(stretches):
             sim.run(steps=SETTLING, progress=False)
-            velocities = []
+            velocities, friction = [], []
             for step in range(steps):
                 if step % 8 == 0:
-                    rates.append(sim.friction_rate())
+                    friction.append(sim.friction_rate())
                 sim.run(steps=1, progress=False)
                 velocities.append(sim.velocities.copy())
+            rates.append(float(np.mean(friction)))
             blocks.append(normalized_vacf(np.stack(velocities), SLOPE_LAGS))
         table = np.stack(blocks)
         curve = Correlation(
@@ -152,56 +191,60 @@ class Recorder:
         """k_B T/m [m^2/s^2]."""
         return self._scene.thermal_energy / self._scene.particle_mass
 
-    def result(self, slopes: tuple[Estimate, Estimate], slab: Estimate | None) -> Transport:
-        """Everything, after the run and after `slopes`."""
+    def result(self, slopes: tuple[Estimate, Estimate], temperature: float) -> Transport:
+        """Everything, after the run and after `slopes`; `temperature` is the mean of the run."""
         scene, dt, theory = self._scene, self._dt, self._theory
         short, exact = slopes
         # the trapezoid of a step adds dt^2/12 times the slope of C to its integral
         bias = self._variance**2 / exact.value * dt**2 / 12.0
-        msd = einstein_diffusion(self.motion.correlation("msd", n_blocks=BLOCKS), window=self._long)
+        curve = self._motion.correlation("msd", n_blocks=LONG_BLOCKS)
+        msd = einstein_diffusion(curve, window=self._long)
         lattice = measure_lattice(self._isothermal, dt).factor.value
-        viscosity = self._helfand()
         friction = self._arrangement.friction.value * lattice
         added = math.nan if theory is None else theory.configurational()
         middle = 0.5 * sum(self._window)
         left = math.nan if theory is None else float(theory.remaining(middle)) * added
         kinetic = 0.5 * scene.fluid.density * exact.value
+        caged, loss = _caged(self._isothermal)
         wave = conductivity.decay(scene, dt=dt)
+        heat = conductivity.predict(scene, dt=dt)
+        conduction = heat.conduction * wave.delivered / wave.lattice
         asked = scene.fluid.shear_viscosity
         return Transport(
             short=short,
             exact=exact,
             long=replace(msd, value=msd.value - bias),
-            expected_long=_caged(self._isothermal),
-            viscosity=viscosity,
+            expected_long=caged,
+            loss=loss,
+            viscosity=self._helfand(self._window, self._blocks(STRESS_LAGS[1])),
             expected_viscosity=friction + added - left + kinetic,
+            viscosity_accuracy=STRESS_ACCURACY * (added - left),
+            stress_known=scene.stiffness < SOFT,
+            long_viscosity=self._helfand(self._late, LONG_BLOCKS),
             unrelaxed=left,
             lattice_viscosity=asked * scene.factors.viscosity * lattice,
             lattice_conductivity=wave.delivered,
             asked_viscosity=asked,
             asked_conductivity=wave.asked,
-            expected_conductivity=wave.lattice,
-            conductivity=slab,
+            lattice_sum=wave.lattice,
+            conductivity=self._heat.slope(temperature, n_blocks=self._blocks(self._heat.steps)),
+            expected_conductivity=conduction + heat.friction + heat.convection,
+            conductivity_accuracy=CONDUCTION_ACCURACY[3] * conduction + heat.convection,
         )
 
-    def _helfand(self) -> Estimate:
+    def _blocks(self, lags: int) -> int:
+        """Of time: each lasts twice the lags."""
+        return max(2, min(BLOCKS, self._steps // (2 * lags)))
+
+    def _helfand(self, window: tuple[float, float], blocks: int) -> Estimate:
         """Slope of the increments, the random part's own square replaced by its exact mean."""
-        volume, energy = self.stress.volume, self._scene.thermal_energy
-        whole = self.stress.increments(n_blocks=BLOCKS)
-        noise = self.stress.increments(part="random", n_blocks=BLOCKS)
+        volume, energy = self._stress.volume, self._scene.thermal_energy
+        whole = self._stress.increments(n_blocks=blocks)
+        noise = self._stress.increments(part="random", n_blocks=blocks)
         exact = 2.0 * volume * energy * self._arrangement.random.value * whole.lag
         quiet = replace(whole, blocks=whole.blocks - noise.blocks + exact)
-        start, stop = self._window[0], min(self._window[1], float(whole.lag[-1]))
+        start, stop = window[0], min(window[1], float(whole.lag[-1]))
         return einstein_viscosity(quiet, volume=volume, thermal_energy=energy, window=(start, stop))
-
-
-def through_a_slab(scene: Scene, seed: int) -> Estimate:
-    """The conductivity by the heat between plates of different temperatures."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
-        return conductivity.imposed_gradient(
-            scene, difference=DIFFERENCE, times=4.0, seed=seed, n_blocks=16
-        )
 
 
 def _theory(scene: Scene, dt: float) -> ViscosityTheory | None:
@@ -212,10 +255,11 @@ def _theory(scene: Scene, dt: float) -> ViscosityTheory | None:
         return None
 
 
-def _caged(scene: Scene) -> float:
-    """Mean-field long-time self-diffusion where cages are weak, else nan."""
+def _caged(scene: Scene) -> tuple[float, float]:
+    """Mean-field long-time self-diffusion of soft fluids with weak cages, else nan; their loss."""
     try:
         theory = collective_theory(scene)
     except ValueError:
-        return math.nan
-    return theory.long if 0.0 <= theory.loss < WEAK else math.nan
+        return math.nan, math.nan
+    known = 0.0 <= theory.loss < WEAK and scene.stiffness < SOFT
+    return theory.long if known else math.nan, theory.loss
