@@ -9,6 +9,7 @@
 //! | `simulation`, `observe`, `effect` | the engine, what it measures, what acts on it |
 //! | `wall` | walls: their geometry and the images of particles near them |
 //! | `thermal` | fluids with an energy: temperatures, the books of the work, heat through walls |
+//! | `stopwatch` | where the time of a run goes |
 //! | `relax` | fluid-like starts from random positions |
 //! | `fields` | kernel sums over particles at given points |
 //! | `python` | the binding, the only module that knows PyO3 |
@@ -30,6 +31,7 @@ pub mod registry;
 pub mod relax;
 pub mod simulation;
 pub mod state;
+pub mod stopwatch;
 pub mod sweep;
 pub mod thermal;
 pub mod units;

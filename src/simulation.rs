@@ -14,6 +14,7 @@ use crate::observe::{Observer, Parts, View};
 use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
 use crate::state::Particles;
+use crate::stopwatch::{Phase, Stopwatch};
 use crate::sweep::{HeatTally, Tally};
 use crate::thermal::{Thermal, ThermalSettings};
 use crate::units::Units;
@@ -115,6 +116,8 @@ pub struct Engine {
     pub step: u64,
     /// How often lists were renewed.
     pub counters: Counters,
+    /// Where the time goes.
+    pub stopwatch: Stopwatch,
     /// Stress of the particles, where an observer wants it.
     pub tally: Option<Tally>,
     /// Energies, where particles have some.
@@ -338,6 +341,7 @@ impl Engine {
             seed: settings.seed,
             step: 0,
             counters: Counters::default(),
+            stopwatch: Stopwatch::default(),
             tally: None,
             observers: Vec::new(),
             skin,
@@ -519,6 +523,7 @@ impl Engine {
         let current = self.thermal.as_ref().and_then(|it| it.current.as_ref());
         let current = current.map(|it| it.moment);
         let stress = self.tally.as_ref().map(|it| it.moment);
+        self.stopwatch.begin();
         let result = pool
             .install(|| integrator.run(self, steps, scaled))
             // The last kick of a run is followed by no drift that would notice.
@@ -717,6 +722,7 @@ impl Engine {
                 }
             }),
         }
+        self.stopwatch.lap(Phase::Motion);
     }
 
     /// scratch = v + t (f + body force)/2, the mean of the velocities before and after a kick of
@@ -855,17 +861,20 @@ impl Engine {
     /// Renews grid and list where particles have left their margins.
     pub(crate) fn keep_lists<const D: usize>(&mut self, moved: Moved, shuffle: bool) -> Result<()> {
         let beyond = |square: f64, width: f64| 4.0 * square > width * width;
-        if beyond(moved.from_grid, self.margin) {
+        let result = if beyond(moved.from_grid, self.margin) {
             self.rebuild::<D>(true, shuffle)
         } else if beyond(moved.from_list, self.skin) {
             self.rebuild::<D>(false, shuffle)
         } else {
             Ok(())
-        }
+        };
+        self.stopwatch.lap(Phase::Lists);
+        result
     }
 
     /// Shows the state after a step to the observers whose turn it is.
     pub(crate) fn observe(&mut self, dt: f64) {
+        self.stopwatch.steps += 1;
         if self.observers.is_empty() {
             return;
         }
@@ -887,6 +896,7 @@ impl Engine {
                 observer.sample(&view);
             }
         });
+        self.stopwatch.lap(Phase::Observers);
     }
 }
 

@@ -17,6 +17,7 @@ use crate::kernel::Kernel;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
+use crate::stopwatch::Phase;
 use crate::sweep::{
     Motion, drag_forces, number_densities, pair_forces, site_pressures, wall_densities, wall_drag,
     wall_forces, wall_friction_weight, wall_pressures, wall_shares,
@@ -76,10 +77,13 @@ pub(crate) fn densities<K: Kernel, const D: usize>(engine: &mut Engine) {
         list,
         cell,
         walls,
+        stopwatch,
         ..
     } = engine;
     number_densities::<K, D>(particles, grid, list, cell);
+    stopwatch.lap(Phase::Densities);
     wall_densities::<K, D>(particles, walls, grid, cell);
+    stopwatch.lap(Phase::Walls);
 }
 
 /// Densities, then pressures, of the present positions.
@@ -90,12 +94,14 @@ pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
         eos,
         units,
         walls,
+        stopwatch,
         ..
     } = engine;
     let (to_mass_density, from_pressure) = (units.mass_density(), 1.0 / units.pressure());
     let pressure = |d| eos.pressure(d * to_mass_density) * from_pressure;
     site_pressures(particles, pressure);
     wall_pressures(walls, pressure);
+    stopwatch.lap(Phase::Densities);
 }
 
 /// Forces of pairs and walls, from the present pressures; drag and noise are those of a kick of dt.
@@ -112,11 +118,14 @@ pub(crate) fn forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
         cell,
         tally,
         walls,
+        stopwatch,
         ..
     } = engine;
     wall_shares(particles, walls);
     pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, tally.as_mut());
+    stopwatch.lap(Phase::Forces);
     wall_forces::<K, F, V, D>(particles, walls, grid, kick, key);
+    stopwatch.lap(Phase::Walls);
 }
 
 /// Forces of the pressures alone.
@@ -213,6 +222,8 @@ pub(crate) fn drift<const D: usize>(engine: &mut Engine, dt: f64, shuffle: bool)
     if let Some(tally) = &mut engine.tally {
         tally.drift(dt, &engine.particles.velocity);
     }
+    engine.stopwatch.lap(Phase::Motion);
     engine.bounce()?;
+    engine.stopwatch.lap(Phase::Walls);
     engine.keep_lists::<D>(moved, shuffle)
 }

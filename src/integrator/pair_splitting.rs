@@ -14,6 +14,7 @@ use crate::kernel::Kernel;
 use crate::physics::FrictionForm;
 use crate::random::{Stream, SweepKey, Variate};
 use crate::simulation::Engine;
+use crate::stopwatch::Phase;
 use crate::sweep::{Direction, exchange, wall_exchange};
 
 /// The splitting; see the module.
@@ -43,11 +44,13 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             cell,
             tally,
             walls,
+            stopwatch,
             ..
         } = engine;
         // Walls after the pairs, and backward before them: a step is the same from both ends.
         if direction == Direction::Backward {
             wall_exchange::<K, F, V, D>(particles, walls, grid, process, key, direction);
+            stopwatch.lap(Phase::Walls);
         }
         exchange::<K, F, V, D>(
             particles,
@@ -59,8 +62,10 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             direction,
             tally.as_mut(),
         );
+        stopwatch.lap(Phase::Exchanges);
         if direction == Direction::Forward {
             wall_exchange::<K, F, V, D>(particles, walls, grid, process, key, direction);
+            stopwatch.lap(Phase::Walls);
         }
     }
 }

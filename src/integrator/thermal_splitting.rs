@@ -13,6 +13,7 @@ use crate::kernel::Kernel;
 use crate::physics::{Exchanges, FrictionForm};
 use crate::random::{Stream, SweepKey, Variate};
 use crate::simulation::Engine;
+use crate::stopwatch::Phase;
 use crate::sweep::{Direction, ThermalSweep, thermal_exchange};
 
 /// The thermal splitting; see the module.
@@ -61,6 +62,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
             direction,
         };
         thermal_exchange::<X, V, D>(particles, walls, thermal, &sweep, tally.as_mut());
+        engine.stopwatch.lap(Phase::Exchanges);
     }
 
     /// v += t f, with the books.
@@ -68,6 +70,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalSplitting<X, V, D> {
         if engine.thermal.as_ref().is_some_and(|it| it.bookkeeping) {
             engine.mean_velocities(t);
             (self.sweeps.work)(engine);
+            engine.stopwatch.lap(Phase::Forces);
             if let Some(thermal) = &mut engine.thermal {
                 thermal.book_input();
                 thermal.book_work(&mut engine.particles, t);

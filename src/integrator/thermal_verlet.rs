@@ -27,6 +27,7 @@ use crate::physics::{Exchanges, FrictionForm};
 use crate::random::{Stream, SweepKey, Variate};
 use crate::simulation::Engine;
 use crate::state::Particles;
+use crate::stopwatch::Phase;
 use crate::sweep::{ThermalForceSweep, thermal_forces};
 use crate::thermal::{Thermal, pick};
 
@@ -204,6 +205,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalVerlet<X, V, D> {
             key: SweepKey::new(engine.seed, Stream::PairThermalForce, started, 0),
         };
         thermal_forces::<X, V, D>(particles, thermal.fields.work, &sweep, tally.as_mut());
+        engine.stopwatch.lap(Phase::Forces);
     }
 
     /// Half a step with the rates at hand.

@@ -16,6 +16,7 @@ use crate::kernel::Kernel;
 use crate::physics::FrictionForm;
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
+use crate::stopwatch::Phase;
 use crate::sweep::{Motion, drag_forces, wall_drag};
 
 /// Velocity Verlet; see the module.
@@ -43,6 +44,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
         let kick = engine.friction.kick(dt);
         let key = SweepKey::new(engine.seed, Stream::PairForce, engine.step, 0);
         engine.start_difference(0.5 * dt);
+        engine.stopwatch.lap(Phase::Motion);
         for pass in 0..self.iterations {
             let Engine {
                 particles,
@@ -56,6 +58,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
             drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, tally.as_mut());
             let motion = Motion::Difference;
             wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
+            engine.stopwatch.lap(Phase::Forces);
             let last = pass + 1 == self.iterations;
             engine.add_drag(0.5 * dt, !last);
         }

@@ -6,7 +6,7 @@ mod quintic_spline;
 mod wendland_c2;
 mod wendland_c4;
 
-use crate::random::inverse_root;
+use crate::random::root;
 
 pub use lucy::Lucy;
 pub use quintic_spline::QuinticSpline;
@@ -27,8 +27,7 @@ pub trait Kernel: Copy + Send + Sync + 'static {
     /// Square root of `slope`, for the noise.
     #[inline(always)]
     fn root_slope(q: f64) -> f64 {
-        let slope = Self::slope(q);
-        slope * inverse_root(if slope > 1e-30 { slope } else { 1e-30 })
+        root(Self::slope(q))
     }
     /// W h^D.
     #[inline(always)]

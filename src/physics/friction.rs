@@ -8,7 +8,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::random::expm1_negative;
+use crate::random::{Arithmetic, Plain, expm1_negative, expm1_negative_with};
 
 /// Which terms of the friction exist; chosen by type, so absent ones leave no code behind.
 pub trait FrictionForm: Copy + Send + Sync + 'static {
@@ -135,7 +135,12 @@ impl PairFriction {
 
 #[inline(always)]
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    dot_with::<Plain>(a, b)
+}
+
+#[inline(always)]
+fn dot_with<A: Arithmetic>(a: [f64; 3], b: [f64; 3]) -> f64 {
+    A::fused(a[2], b[2], A::fused(a[1], b[1], a[0] * b[0]))
 }
 
 impl Kick {
@@ -144,7 +149,7 @@ impl Kick {
     /// `root_g` = sqrt(g) counts with noise only.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
-    pub fn force<F: FrictionForm>(
+    pub fn force<F: FrictionForm, A: Arithmetic>(
         &self,
         g: f64,
         root_g: f64,
@@ -155,7 +160,7 @@ impl Kick {
         noise: bool,
     ) -> [f64; 3] {
         let inverse_r2 = inverse_r * inverse_r;
-        let along = -self.drag_along * g * inverse_r2 * dot(r, u);
+        let along = -self.drag_along * g * inverse_r2 * dot_with::<A>(r, u);
         if F::CENTRAL {
             let mut strength = along;
             if noise {
@@ -165,12 +170,16 @@ impl Kick {
         }
         let across = -self.drag_across * g;
         if !noise {
-            return std::array::from_fn(|a| along * r[a] + across * u[a]);
+            return std::array::from_fn(|a| A::fused(along, r[a], across * u[a]));
         }
-        let noise_along = self.noise_along * root_g * inverse_r2 * dot(r, xi);
+        let noise_along = self.noise_along * root_g * inverse_r2 * dot_with::<A>(r, xi);
         let noise_across = self.noise_across * root_g;
         std::array::from_fn(|a| {
-            (along + noise_along) * r[a] + (across * u[a] + noise_across * xi[a])
+            A::fused(
+                along + noise_along,
+                r[a],
+                A::fused(across, u[a], noise_across * xi[a]),
+            )
         })
     }
 }
@@ -186,7 +195,7 @@ impl Kick {
         xi: [f64; 3],
         noise: bool,
     ) -> [f64; 3] {
-        self.force::<F>(g, g.sqrt(), inverse_r2.sqrt(), r, u, xi, noise)
+        self.force::<F, Plain>(g, g.sqrt(), inverse_r2.sqrt(), r, u, xi, noise)
     }
 
     /// Drag and noise on i from one link: -g (a I + b Ebar) u and its noise; u and the sign of xi as
@@ -302,7 +311,7 @@ impl Exchange {
         noise: bool,
     ) -> [f64; 3] {
         // Half the rate of a pair, whose u decays from both ends; and half its variance.
-        let terms = self.terms::<F>(0.5 * g, inverse_r2, r, xi, noise);
+        let terms = self.terms::<F, Plain>(0.5 * g, inverse_r2.sqrt(), r, xi, noise);
         let along = terms.half_along * dot(r, u);
         let root = std::f64::consts::SQRT_2;
         std::array::from_fn(|a| {
@@ -383,20 +392,21 @@ impl Exchange {
     /// Exact solution of the pair's Ornstein-Uhlenbeck process (Shardlow 2003 split it off; the
     /// exact form is in Serrano et al., J. Phys. A 39 (2006) 1523).
     #[inline(always)]
-    pub fn terms<F: FrictionForm>(
+    pub fn terms<F: FrictionForm, A: Arithmetic>(
         &self,
         g: f64,
-        inverse_r2: f64,
+        inverse_r: f64,
         r: [f64; 3],
         xi: [f64; 3],
         noise: bool,
     ) -> ExchangeTerms {
-        let along = expm1_negative(self.rate_along * g);
+        let inverse_r2 = inverse_r * inverse_r;
+        let along = expm1_negative_with::<A>(self.rate_along * g);
         // 1 - E^2 with E = 1 + m: no cancellation where the step is short.
         let spread = |m: f64| (-m * (2.0 + m) * self.variance).sqrt();
         if F::CENTRAL {
             let kick = if noise {
-                0.5 * spread(along) * inverse_r2.sqrt() * xi[0]
+                0.5 * spread(along) * inverse_r * xi[0]
             } else {
                 0.0
             };
@@ -406,12 +416,12 @@ impl Exchange {
                 noise: [kick, 0.0, 0.0],
             };
         }
-        let across = expm1_negative(self.rate_across * g);
+        let across = expm1_negative_with::<A>(self.rate_across * g);
         let mut kick = [0.0; 3];
         if noise {
             let spread_across = 0.5 * spread(across);
-            let excess = (0.5 * spread(along) - spread_across) * inverse_r2 * dot(r, xi);
-            kick = std::array::from_fn(|a| spread_across * xi[a] + excess * r[a]);
+            let excess = (0.5 * spread(along) - spread_across) * inverse_r2 * dot_with::<A>(r, xi);
+            kick = std::array::from_fn(|a| A::fused(spread_across, xi[a], excess * r[a]));
         }
         ExchangeTerms {
             half_across: 0.5 * across,
@@ -504,7 +514,8 @@ mod tests {
             let mut decay = Matrix3::identity();
             let mut noise = Matrix3::zeros();
             for k in 0..3 {
-                let terms = exchange.terms::<General>(0.7, inverse_r2, r, unit(k), true);
+                let terms =
+                    exchange.terms::<General, Plain>(0.7, inverse_r2.sqrt(), r, unit(k), true);
                 let ru = dot(r, unit(k));
                 for a in 0..3 {
                     decay[(a, k)] +=

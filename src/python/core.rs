@@ -23,6 +23,8 @@ use crate::neighbor::ROUNDS;
 use crate::observe::{Coordinate, Profile};
 use crate::registry::Combination;
 use crate::simulation::{Engine, Settings};
+use crate::stopwatch::{PHASES, Stopwatch};
+use crate::sweep::Instructions;
 use crate::wall::{ModelSettings, WallSettings, Wrench};
 
 /// A simulation. See `sdpd.Simulation`, which is what users make.
@@ -527,6 +529,27 @@ impl Core {
         result.set_item("wall_links", engine.walls.link_count())?;
         result.set_item("wall_crossings", engine.walls.crossings)?;
         Ok(result)
+    }
+
+    /// Wall time in seconds by phase of the step, and the number of steps, since the start or the last
+    /// call with `reset`.
+    fn profile<'py>(&self, py: Python<'py>, reset: bool) -> PyResult<(Bound<'py, PyDict>, u64)> {
+        let mut engine = self.lock()?;
+        let result = PyDict::new(py);
+        for ((_, name), seconds) in PHASES.iter().zip(engine.stopwatch.seconds()) {
+            result.set_item(name, seconds)?;
+        }
+        let steps = engine.stopwatch.steps;
+        if reset {
+            engine.stopwatch = Stopwatch::default();
+        }
+        Ok((result, steps))
+    }
+
+    /// Vector instructions of the loops: "avx512", "avx2" or "portable".
+    #[staticmethod]
+    fn instructions() -> &'static str {
+        Instructions::chosen().name()
     }
 
     /// Samples temperatures, energies, momentum, densities and pressure every `every` steps.

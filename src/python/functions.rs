@@ -11,7 +11,7 @@ use super::walls::WallField;
 use crate::domain::PeriodicBox;
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::neighbor::{SkinModel, automatic_skin};
-use crate::random::{Gaussian, Stream, SweepKey, Uniform, Variate};
+use crate::random::{Gaussian, Plain, Stream, SweepKey, Uniform, Variate};
 use crate::units::Units;
 use crate::wall::{CurvatureWeight, Missing, WallSettings, Walls};
 use crate::{eos, random, registry, relax};
@@ -138,8 +138,8 @@ fn pair_variates<'py>(
     for (k, (&a, &b)) in a.iter().zip(b.iter()).enumerate() {
         let words = key.pair_words(a, b);
         let xi = match variate {
-            "gaussian" => Gaussian::draw(words, 1.0, dimension),
-            "uniform" => Uniform::draw(words, 1.0, dimension),
+            "gaussian" => Gaussian::draw::<Plain>(words, 1.0, dimension),
+            "uniform" => Uniform::draw::<Plain>(words, 1.0, dimension),
             other => {
                 return Err(invalid(format!(
                     "`variate` must be \"gaussian\" or \"uniform\", got {other:?}"

@@ -1,6 +1,45 @@
 //! Branch-free logarithm, sine and cosine, and exp(x) - 1, written so that a loop over them turns
 //! into vector instructions, with the same bits on every machine: no call into the platform's
-//! mathematical library, no fused operations. Coefficients: fdlibm (Sun Microsystems, 1993).
+//! mathematical library. Coefficients: fdlibm (Sun Microsystems, 1993).
+
+/// How a product is added: with one rounding where the loop is compiled for machines that do it at
+/// once, with two elsewhere.
+pub trait Arithmetic: Copy + Send + Sync + 'static {
+    /// a b + c.
+    fn fused(a: f64, b: f64, c: f64) -> f64;
+}
+
+/// Two roundings.
+#[derive(Debug, Clone, Copy)]
+pub struct Plain;
+
+/// One.
+#[derive(Debug, Clone, Copy)]
+pub struct Fused;
+
+impl Arithmetic for Plain {
+    #[inline(always)]
+    fn fused(a: f64, b: f64, c: f64) -> f64 {
+        a * b + c
+    }
+}
+
+impl Arithmetic for Fused {
+    #[inline(always)]
+    fn fused(a: f64, b: f64, c: f64) -> f64 {
+        a.mul_add(b, c)
+    }
+}
+
+/// c0 + z (c1 + z (c2 + ..)).
+#[inline(always)]
+fn polynomial<A: Arithmetic, const N: usize>(z: f64, coefficients: &[f64; N]) -> f64 {
+    let mut sum = coefficients[N - 1];
+    for k in (0..N - 1).rev() {
+        sum = A::fused(sum, z, coefficients[k]);
+    }
+    sum
+}
 
 /// 1.5 * 2^52: adding and subtracting it rounds to the nearest integer.
 pub const ROUNDER: f64 = 6_755_399_441_055_744.0;
@@ -16,14 +55,32 @@ pub fn from_integer(word: u64) -> f64 {
 /// where root and division take a fraction of the time.
 #[inline(always)]
 pub fn inverse_root(x: f64) -> f64 {
+    inverse_root_with::<Plain>(x)
+}
+
+/// The same in a loop of that arithmetic.
+#[inline(always)]
+pub fn inverse_root_with<A: Arithmetic>(x: f64) -> f64 {
     let y = f64::from(1.0 / (x as f32).sqrt());
-    let e = 1.0 - x * (y * y);
-    y + y * (e * (0.5 + 0.375 * e))
+    let e = A::fused(-x, y * y, 1.0);
+    A::fused(y, e * A::fused(0.375, e, 0.5), y)
+}
+
+/// sqrt(x) for 0 <= x <= 1e30, to about 1 ulp; of numbers below 1e-30 less than it is.
+#[inline(always)]
+pub fn root(x: f64) -> f64 {
+    x * inverse_root(if x > 1e-30 { x } else { 1e-30 })
 }
 
 /// Natural logarithm of a positive normal number, to about 1 ulp.
 #[inline(always)]
 pub fn ln(x: f64) -> f64 {
+    ln_with::<Plain>(x)
+}
+
+/// The same in a loop of that arithmetic.
+#[inline(always)]
+pub fn ln_with<A: Arithmetic>(x: f64) -> f64 {
     const LN2_HI: f64 = 6.931_471_803_691_238e-1;
     const LN2_LO: f64 = 1.908_214_929_270_587_7e-10;
     const L: [f64; 7] = [
@@ -44,15 +101,23 @@ pub fn ln(x: f64) -> f64 {
     let s = f / (2.0 + f);
     let z = s * s;
     let w = z * z;
-    let even = w * (L[1] + w * (L[3] + w * L[5]));
-    let odd = z * (L[0] + w * (L[2] + w * (L[4] + w * L[6])));
+    let even = w * polynomial::<A, 3>(w, &[L[1], L[3], L[5]]);
+    let odd = polynomial::<A, 4>(w, &[L[0], L[2], L[4], L[6]]);
     let half_square = 0.5 * f * f;
-    k * LN2_HI - ((half_square - (s * (half_square + (even + odd)) + k * LN2_LO)) - f)
+    let sum = half_square + A::fused(z, odd, even);
+    let low = A::fused(s, sum, k * LN2_LO);
+    A::fused(k, LN2_HI, -((half_square - low) - f))
 }
 
 /// (cos, sin) of 2 pi t for t in [0, 1), to about 1 ulp of 1.
 #[inline(always)]
 pub fn cos_sin_turn(t: f64) -> (f64, f64) {
+    cos_sin_turn_with::<Plain>(t)
+}
+
+/// The same in a loop of that arithmetic.
+#[inline(always)]
+pub fn cos_sin_turn_with<A: Arithmetic>(t: f64) -> (f64, f64) {
     const S: [f64; 6] = [
         -1.666_666_666_666_663_2e-1,
         8.333_333_333_322_49e-3,
@@ -73,9 +138,9 @@ pub fn cos_sin_turn(t: f64) -> (f64, f64) {
     let shifted = quarters + ROUNDER;
     let x = (quarters - (shifted - ROUNDER)) * std::f64::consts::FRAC_PI_2;
     let z = x * x;
-    let sine = x + x * z * (S[0] + z * (S[1] + z * (S[2] + z * (S[3] + z * (S[4] + z * S[5])))));
-    let cosine = 1.0 - 0.5 * z
-        + z * z * (C[0] + z * (C[1] + z * (C[2] + z * (C[3] + z * (C[4] + z * C[5])))));
+    let sine = A::fused(x * z, polynomial::<A, 6>(z, &S), x);
+    let base = A::fused(-0.5, z, 1.0);
+    let cosine = A::fused(z * z, polynomial::<A, 6>(z, &C), base);
     // Quadrant k = 0..4 (4 wraps to 0) sits in the low bits of `shifted`.
     let k = shifted.to_bits();
     let swap = (k & 1).wrapping_neg();
@@ -89,29 +154,37 @@ pub fn cos_sin_turn(t: f64) -> (f64, f64) {
 /// exp(-x) - 1 for x >= 0, accurate to about 1 ulp also where x is tiny.
 #[inline(always)]
 pub fn expm1_negative(x: f64) -> f64 {
+    expm1_negative_with::<Plain>(x)
+}
+
+/// The same in a loop of that arithmetic.
+#[inline(always)]
+pub fn expm1_negative_with<A: Arithmetic>(x: f64) -> f64 {
     const LOG2_E: f64 = std::f64::consts::LOG2_E;
     const LN2_HI: f64 = 6.931_471_803_691_238e-1;
     const LN2_LO: f64 = 1.908_214_929_270_587_7e-10;
+    const P: [f64; 12] = [
+        0.5,
+        1.0 / 6.0,
+        1.0 / 24.0,
+        1.0 / 120.0,
+        1.0 / 720.0,
+        1.0 / 5_040.0,
+        1.0 / 40_320.0,
+        1.0 / 362_880.0,
+        1.0 / 3_628_800.0,
+        1.0 / 39_916_800.0,
+        1.0 / 479_001_600.0,
+        1.0 / 6_227_020_800.0,
+    ];
     // Below exp(-40) the result is -1 to rounding.
     let y = -(if x < 40.0 { x } else { 40.0 });
-    let shifted = y * LOG2_E + ROUNDER;
+    let shifted = A::fused(y, LOG2_E, ROUNDER);
     let n = shifted - ROUNDER;
-    let r = (y - n * LN2_HI) - n * LN2_LO;
-    let mut p = 1.0 / 6_227_020_800.0;
-    p = p * r + 1.0 / 479_001_600.0;
-    p = p * r + 1.0 / 39_916_800.0;
-    p = p * r + 1.0 / 3_628_800.0;
-    p = p * r + 1.0 / 362_880.0;
-    p = p * r + 1.0 / 40_320.0;
-    p = p * r + 1.0 / 5_040.0;
-    p = p * r + 1.0 / 720.0;
-    p = p * r + 1.0 / 120.0;
-    p = p * r + 1.0 / 24.0;
-    p = p * r + 1.0 / 6.0;
-    p = p * r + 0.5;
-    p = r + r * r * p;
+    let r = A::fused(-n, LN2_LO, A::fused(-n, LN2_HI, y));
+    let p = A::fused(r * r, polynomial::<A, 12>(r, &P), r);
     let scale = f64::from_bits((shifted.to_bits() << 52).wrapping_add(0x3ff0_0000_0000_0000));
-    scale * p + (scale - 1.0)
+    A::fused(scale, p, scale - 1.0)
 }
 
 #[cfg(test)]
@@ -122,13 +195,18 @@ mod tests {
     fn roots_logarithm_sine_cosine_and_expm1_agree_with_the_platform() {
         for k in 0..200_000_u64 {
             let u = (k as f64 + 0.5) / 200_000.0;
-            assert!((ln(u) - u.ln()).abs() <= 3e-16 * (1.0 + u.ln().abs()));
-            let (c, s) = cos_sin_turn(u);
+            for found in [ln(u), ln_with::<Fused>(u)] {
+                assert!((found - u.ln()).abs() <= 3e-16 * (1.0 + u.ln().abs()));
+            }
             let angle = std::f64::consts::TAU * u;
-            assert!((c - angle.cos()).abs() < 2e-15 && (s - angle.sin()).abs() < 2e-15);
+            for (c, s) in [cos_sin_turn(u), cos_sin_turn_with::<Fused>(u)] {
+                assert!((c - angle.cos()).abs() < 2e-15 && (s - angle.sin()).abs() < 2e-15);
+            }
             let x = 50.0 * u * u * u;
             let exact = (-x).exp_m1();
-            assert!((expm1_negative(x) - exact).abs() <= 4e-16 * exact.abs().max(1e-300));
+            for found in [expm1_negative(x), expm1_negative_with::<Fused>(x)] {
+                assert!((found - exact).abs() <= 4e-16 * exact.abs().max(1e-300));
+            }
         }
         for x in [1e-300_f64, 0.7, 1.5, 3.0, 1e5, 1e300] {
             assert!((ln(x) - x.ln()).abs() <= 3e-16 * x.ln().abs());
@@ -137,7 +215,9 @@ mod tests {
             let x = 10.0_f64.powf(0.05 * f64::from(k));
             let y = inverse_root(x);
             assert!((y * y * x - 1.0).abs() < 8e-16, "{x}");
+            assert!((root(x) / x.sqrt() - 1.0).abs() < 5e-16, "{x}");
         }
+        assert_eq!(root(0.0), 0.0);
         let tiny = (0.5_f64) * 2.0_f64.powi(-32);
         assert!((ln(tiny) - tiny.ln()).abs() < 1e-14);
         assert_eq!(ln(1.0), 0.0);

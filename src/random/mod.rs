@@ -6,7 +6,10 @@ mod philox;
 mod sequence;
 mod variates;
 
-pub use elementary::{ROUNDER, cos_sin_turn, expm1_negative, inverse_root, ln};
+pub use elementary::{
+    Arithmetic, Fused, Plain, ROUNDER, cos_sin_turn, expm1_negative, expm1_negative_with,
+    inverse_root, inverse_root_with, ln, root,
+};
 pub use philox::{philox4x32, philox4x32_lanes};
 pub use sequence::Sequence;
 pub use variates::{Gaussian, Silent, Uniform, Variate, unit_interval};

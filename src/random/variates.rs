@@ -1,7 +1,7 @@
 //! From the four words of a pair to the variates of its random force. Each kind has mean 0,
 //! variance 1 and independent components; only their higher moments and their cost differ.
 
-use super::elementary::{cos_sin_turn, from_integer, ln};
+use super::elementary::{Arithmetic, cos_sin_turn_with, from_integer, ln_with};
 
 const SCALE: f64 = 1.0 / 4_294_967_296.0;
 const SQRT_12: f64 = 3.464_101_615_137_754_6;
@@ -20,9 +20,9 @@ pub trait Variate: Copy + Send + Sync + 'static {
     const ON: bool;
     /// Three variates from four words (2D uses the first two, the central form the first), times
     /// `sign`, which is 1 or -1.
-    fn draw(words: [u64; 4], sign: f64, count: usize) -> [f64; 3];
+    fn draw<A: Arithmetic>(words: [u64; 4], sign: f64, count: usize) -> [f64; 3];
     /// Four variates from four words; the first ones are those of `draw`.
-    fn draw_four(words: [u64; 4]) -> [f64; 4];
+    fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4];
 }
 
 /// No fluctuations.
@@ -33,11 +33,11 @@ impl Variate for Silent {
     const NAME: &'static str = "none";
     const ON: bool = false;
     #[inline(always)]
-    fn draw(_: [u64; 4], _: f64, _: usize) -> [f64; 3] {
+    fn draw<A: Arithmetic>(_: [u64; 4], _: f64, _: usize) -> [f64; 3] {
         [0.0; 3]
     }
     #[inline(always)]
-    fn draw_four(_: [u64; 4]) -> [f64; 4] {
+    fn draw_four<A: Arithmetic>(_: [u64; 4]) -> [f64; 4] {
         [0.0; 4]
     }
 }
@@ -47,9 +47,9 @@ impl Variate for Silent {
 pub struct Gaussian;
 
 #[inline(always)]
-fn box_muller(a: u64, b: u64) -> (f64, f64) {
-    let radius = (-2.0 * ln(unit_interval(a))).sqrt();
-    let (c, s) = cos_sin_turn(from_integer(b) * SCALE);
+fn box_muller<A: Arithmetic>(a: u64, b: u64) -> (f64, f64) {
+    let radius = (-2.0 * ln_with::<A>(unit_interval(a))).sqrt();
+    let (c, s) = cos_sin_turn_with::<A>(from_integer(b) * SCALE);
     (radius * c, radius * s)
 }
 
@@ -57,19 +57,19 @@ impl Variate for Gaussian {
     const NAME: &'static str = "gaussian";
     const ON: bool = true;
     #[inline(always)]
-    fn draw(words: [u64; 4], sign: f64, count: usize) -> [f64; 3] {
-        let (x, y) = box_muller(words[0], words[1]);
+    fn draw<A: Arithmetic>(words: [u64; 4], sign: f64, count: usize) -> [f64; 3] {
+        let (x, y) = box_muller::<A>(words[0], words[1]);
         let z = if count > 2 {
-            box_muller(words[2], words[3]).0
+            box_muller::<A>(words[2], words[3]).0
         } else {
             0.0
         };
         [x, y, z].map(|variate| sign * variate)
     }
     #[inline(always)]
-    fn draw_four(words: [u64; 4]) -> [f64; 4] {
-        let (x, y) = box_muller(words[0], words[1]);
-        let (z, last) = box_muller(words[2], words[3]);
+    fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4] {
+        let (x, y) = box_muller::<A>(words[0], words[1]);
+        let (z, last) = box_muller::<A>(words[2], words[3]);
         [x, y, z, last]
     }
 }
@@ -91,7 +91,7 @@ impl Variate for Uniform {
     const NAME: &'static str = "uniform";
     const ON: bool = true;
     #[inline(always)]
-    fn draw(words: [u64; 4], sign: f64, _: usize) -> [f64; 3] {
+    fn draw<A: Arithmetic>(words: [u64; 4], sign: f64, _: usize) -> [f64; 3] {
         let factor = sign * (SQRT_12 * SCALE);
         [
             centred(words[0], factor),
@@ -100,7 +100,7 @@ impl Variate for Uniform {
         ]
     }
     #[inline(always)]
-    fn draw_four(words: [u64; 4]) -> [f64; 4] {
+    fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4] {
         words.map(|word| centred(word, SQRT_12 * SCALE))
     }
 }
@@ -115,7 +115,7 @@ mod tests {
         let key = SweepKey::new(20_13, Stream::PairForce, 5, 0);
         let (mut mean, mut square, mut fourth) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         for id in 0..n {
-            let x = V::draw(key.pair_words(id, id + 1), 1.0, 3);
+            let x = V::draw::<super::super::Plain>(key.pair_words(id, id + 1), 1.0, 3);
             for a in 0..3 {
                 mean[a] += x[a] / n as f64;
                 square[a] += x[a] * x[a] / n as f64;

@@ -7,7 +7,7 @@ use super::{CHUNK, Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
-use crate::random::inverse_root;
+use crate::random::inverse_root_with;
 use crate::state::Particles;
 
 struct DensityTask<'a, K, const D: usize> {
@@ -50,7 +50,13 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
                 }
                 for x in &mut weight[..whole(count)] {
                     let r2 = *x;
-                    *x = K::w::<D>(r2 * inverse_root(if r2 > 1e-30 { r2 } else { 1e-30 }));
+                    *x = K::w::<D>(
+                        r2 * inverse_root_with::<W::Arithmetic>(if r2 > 1e-30 {
+                            r2
+                        } else {
+                            1e-30
+                        }),
+                    );
                 }
                 let partners = &block.neighbours[first..first + count];
                 for (w, &place) in weight.iter().zip(partners) {

@@ -4,13 +4,15 @@
 
 use std::marker::PhantomData;
 
+use super::rows::{Noise, ROOM, Wrap, first_lanes, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
-use super::{CHUNK, Shared, Task, Wide, for_each_block, padded, run_wide};
+use super::wide::LANES;
+use super::{CHUNK, Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
 use crate::physics::{Exchange, FrictionForm};
-use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::random::{SweepKey, Variate, inverse_root_with};
 use crate::state::Particles;
 
 /// Order of the sweep: the second half of a step runs backward, which makes the step symmetric.
@@ -25,210 +27,226 @@ pub enum Direction {
 /// The arrays of one chunk: pairs within the support, in the order of the sweep.
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Lanes {
-    slots: [[u32; 2]; CHUNK],
-    r: [[f64; CHUNK]; 3],
-    r2: [f64; CHUNK],
-    weight: [f64; CHUNK],
-    low: [u64; CHUNK],
-    high: [u64; CHUNK],
-    sign: [f64; CHUNK],
-    across: [f64; CHUNK],
-    along: [f64; CHUNK],
-    noise: [[f64; CHUNK]; 3],
+    count: usize,
+    slots: [[u32; 2]; ROOM],
+    r: [[f64; ROOM]; 3],
+    r2: [f64; ROOM],
+    weight: [f64; ROOM],
+    across: [f64; ROOM],
+    along: [f64; ROOM],
+    noise: Noise<3>,
 }
 
-struct ExchangeTask<'a, K, F, V, const D: usize> {
+/// The pairs of a block that are still to come, in the order of the sweep.
+struct Rest<'a> {
+    pairs: &'a [[u16; 2]],
+    direction: Direction,
+}
+
+impl<'a> Rest<'a> {
+    /// The next ones: at most so many.
+    fn next(&mut self, count: usize) -> &'a [[u16; 2]] {
+        let count = count.min(self.pairs.len());
+        let (now, later) = match self.direction {
+            Direction::Forward => self.pairs.split_at(count),
+            Direction::Backward => {
+                let (later, now) = self.pairs.split_at(self.pairs.len() - count);
+                (now, later)
+            }
+        };
+        self.pairs = later;
+        now
+    }
+}
+
+/// Fills the lanes with pairs within the support.
+struct Gather<'a, 'r, const D: usize, const NOISE: bool> {
     block: &'a BlockList,
     cell: &'a PeriodicBox,
     position: &'a [[f64; 4]],
-    velocity: Shared<'a, [f64; 4]>,
     id: &'a [u64],
-    exchange: Exchange,
-    key: SweepKey,
-    direction: Direction,
-    round: usize,
-    number: u32,
-    tally: Option<BlockSums<'a>>,
-    form: PhantomData<(K, F, V)>,
+    rest: &'a mut Rest<'r>,
+    lanes: &'a mut Lanes,
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K, F, V, D> {
-    /// Puts the pairs within the support into lanes, in the order of the sweep.
+impl<const D: usize, const NOISE: bool> Gather<'_, '_, D, NOISE> {
+    /// Eight pairs, of which `there` are some; returns how many have got lanes.
+    ///
+    /// # Safety
+    /// The pairs are of this block, and there are eight lanes from `at` on.
     #[inline(always)]
-    fn gather<'p>(
-        &self,
-        lanes: &mut Lanes,
-        first: usize,
-        pairs: impl Iterator<Item = &'p [u16; 2]>,
+    unsafe fn eight<W: Wide>(
+        &mut self,
+        wrap: &Wrap<W>,
+        pairs: &[[u16; 2]; LANES],
+        there: u8,
+        at: usize,
     ) -> usize {
-        let slots = &self.block.slots[..];
-        let mut at = first;
-        for pair in pairs {
-            let [i, j] = pair.map(|place| slots[place as usize]);
-            // SAFETY: list entries lead to slots of particles.
-            let (a, b) = unsafe {
-                (
-                    self.position.get_unchecked(i as usize),
-                    self.position.get_unchecked(j as usize),
-                )
-            };
-            let r = self
-                .cell
-                .nearest::<D>([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
-            let mut r2 = r[0] * r[0] + r[1] * r[1];
+        let mut slots = [[0; 2]; LANES];
+        // SAFETY: places of a list lead to slots of particles.
+        unsafe {
+            for (slots, pair) in slots.iter_mut().zip(pairs) {
+                for (slot, &place) in slots.iter_mut().zip(pair) {
+                    *slot = *self.block.slots.get_unchecked(place as usize);
+                }
+            }
+            let [s0, s1, s2, s3, s4, s5, s6, s7] = slots;
+            let first = [s0[0], s1[0], s2[0], s3[0], s4[0], s5[0], s6[0], s7[0]];
+            let second = [s0[1], s1[1], s2[1], s3[1], s4[1], s5[1], s6[1], s7[1]];
+            let i = W::columns(self.position.as_ptr(), &first);
+            let j = W::columns(self.position.as_ptr(), &second);
+            let (x, y) = (
+                wrap.along(0, i[0].minus(j[0])),
+                wrap.along(1, i[1].minus(j[1])),
+            );
+            let z = wrap.along(2, i[2].minus(j[2]));
+            let mut r2 = x.times(x).plus_product(y, y);
             if D == 3 {
-                r2 += r[2] * r[2];
+                r2 = r2.plus_product(z, z);
             }
-            // Callers leave room for all pairs; the mask only tells the compiler so.
-            let lane = at & (CHUNK - 1);
-            lanes.slots[lane] = [i, j];
-            for axis in 0..D {
-                lanes.r[axis][lane] = r[axis];
+            let keep = r2.below(W::splat(1.0)) & there;
+            let lanes = &mut *self.lanes;
+            x.store_kept(keep, lanes.r[0].as_mut_ptr().add(at));
+            y.store_kept(keep, lanes.r[1].as_mut_ptr().add(at));
+            if D == 3 {
+                z.store_kept(keep, lanes.r[2].as_mut_ptr().add(at));
             }
-            lanes.r2[lane] = r2;
-            lanes.weight[lane] = a[3] * b[3];
-            if V::ON {
-                // SAFETY: as above.
-                let (p, q) = unsafe {
-                    (
-                        *self.id.get_unchecked(i as usize),
-                        *self.id.get_unchecked(j as usize),
-                    )
-                };
-                let [low, high] = pair_counter(p, q);
-                lanes.low[lane] = low;
-                lanes.high[lane] = high;
-                lanes.sign[lane] = if p < q { 1.0 } else { -1.0 };
+            r2.store_kept(keep, lanes.r2.as_mut_ptr().add(at));
+            let weight = i[3].times(j[3]);
+            weight.store_kept(keep, lanes.weight.as_mut_ptr().add(at));
+            let mut lane = at;
+            for (k, pair) in slots.iter().enumerate() {
+                *lanes.slots.get_unchecked_mut(lane) = *pair;
+                lane += usize::from(keep >> k & 1);
             }
-            at += usize::from(r2 < 1.0);
+            lane - at
         }
-        at
     }
+}
 
-    /// One chunk after the other: `next(n)` gives the next at most n pairs.
+impl<const D: usize, const NOISE: bool> Task for Gather<'_, '_, D, NOISE> {
+    type Output = ();
+
     #[inline(always)]
-    fn sweep<'p, I: ExactSizeIterator<Item = &'p [u16; 2]>>(
-        &self,
-        lanes: &mut Lanes,
-        mut next: impl FnMut(usize) -> I,
-    ) {
-        let mut virial = self.tally.map(Virial::new);
-        loop {
-            let (mut count, mut finished) = (0, false);
-            while CHUNK - count >= 16 && !finished {
-                let pairs = next(CHUNK - count);
-                finished = pairs.len() < CHUNK - count;
-                count = self.gather(lanes, count, pairs);
-            }
-            self.compute(lanes, count);
-            match &mut virial {
-                None => {
-                    for k in 0..count {
-                        self.update(lanes, k);
-                    }
-                }
-                Some(Virial {
-                    sum,
-                    parts: Some(parts),
-                }) => {
-                    for k in 0..count {
-                        let change = self.update(lanes, k);
-                        Self::keep(lanes, k, change, parts);
-                    }
-                    parts.add_to::<D, CHUNK>(sum, &lanes.r, count);
-                }
-                Some(Virial { sum, parts: None }) => {
-                    for k in 0..count {
-                        let change = self.update(lanes, k);
-                        // The noise of this pair has done its work and lends its place.
-                        for a in 0..D {
-                            lanes.noise[a][k] = change[a];
-                        }
-                    }
-                    add_outer::<D, CHUNK, CHUNK>(&mut sum[1], &lanes.r, &mut lanes.noise, count);
-                }
-            }
-            if finished {
+    fn run<W: Wide>(mut self) {
+        let wrap = Wrap::<W>::new(self.cell);
+        let mut count = 0;
+        // Stop before the free lanes become too few to be worth a pass.
+        while CHUNK - count >= 2 * LANES {
+            let pairs = self.rest.next(CHUNK - count);
+            if pairs.is_empty() {
                 break;
             }
-        }
-        if let (Some(sums), Some(virial)) = (self.tally, virial) {
-            // SAFETY: this block's own number.
-            unsafe { sums.add(self.number, &virial.sum) };
-        }
-    }
-
-    /// The drag and the random part of a change of velocity (unit mass: of momentum).
-    #[inline(always)]
-    fn keep(lanes: &Lanes, k: usize, change: [f64; 3], parts: &mut PartLanes) {
-        for a in 0..D {
-            let random = if F::CENTRAL {
-                lanes.noise[0][k] * lanes.r[a][k]
-            } else {
-                lanes.noise[a][k]
-            };
-            parts.parts[1][a][k] = change[a] - random;
-            parts.parts[2][a][k] = random;
-        }
-    }
-
-    #[inline(always)]
-    fn compute(&self, lanes: &mut Lanes, count: usize) {
-        for k in 0..padded(count) {
-            let mut xi = [0.0; 3];
-            if V::ON {
-                let counter = [
-                    lanes.low[k],
-                    lanes.high[k],
-                    self.key.tail[0],
-                    self.key.tail[1],
-                ];
-                let words = philox4x32_lanes(counter, self.key.key);
-                xi = if F::CENTRAL {
-                    V::draw(words, 1.0, 1)
-                } else {
-                    V::draw(words, lanes.sign[k], D)
-                };
-            }
-            for a in 0..D {
-                lanes.noise[a][k] = xi[a];
+            let backward = self.rest.direction == Direction::Backward;
+            for k in (0..pairs.len()).step_by(LANES) {
+                let there = first_lanes(pairs.len() - k);
+                let mut eight = [pairs[0]; LANES];
+                for (lane, pair) in eight.iter_mut().enumerate() {
+                    let n = (k + lane).min(pairs.len() - 1);
+                    *pair = pairs[if backward { pairs.len() - 1 - n } else { n }];
+                }
+                // SAFETY: pairs of this block; no more than free lanes, and eight behind them.
+                count += unsafe { self.eight(&wrap, &eight, there, count) };
             }
         }
-        for k in 0..padded(count) {
+        let lanes = self.lanes;
+        lanes.count = count;
+        if NOISE {
+            for lane in 0..count.min(ROOM) {
+                // SAFETY: slots of particles.
+                let ids =
+                    lanes.slots[lane].map(|slot| unsafe { *self.id.get_unchecked(slot as usize) });
+                lanes.noise.name_one(ids, lane);
+            }
+        }
+    }
+}
+
+/// Draws the noise.
+struct Draw<'a, V, const COUNT: usize, const SIGNED: bool> {
+    lanes: &'a mut Lanes,
+    key: &'a SweepKey,
+    form: PhantomData<V>,
+}
+
+impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, COUNT, SIGNED> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let Lanes { noise, count, .. } = self.lanes;
+        noise.draw::<V, W::Arithmetic>(self.key, *count, COUNT, SIGNED);
+    }
+}
+
+/// All that does not depend on the velocities.
+struct Terms<'a, K, F, const D: usize, const NOISE: bool> {
+    lanes: &'a mut Lanes,
+    exchange: &'a Exchange,
+    form: PhantomData<(K, F)>,
+}
+
+impl<K: Kernel, F: FrictionForm, const D: usize, const NOISE: bool> Task
+    for Terms<'_, K, F, D, NOISE>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let lanes = self.lanes;
+        for k in 0..whole(lanes.count) {
             let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
             let r2 = lanes.r2[k];
+            let inverse_r = inverse_root_with::<W::Arithmetic>(if r2 > 1e-30 { r2 } else { 1e-30 });
             let weight = lanes.weight[k];
-            let g = K::f::<D>(r2.sqrt()) * (weight * weight);
-            let inverse_r2 = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
-            let xi = [lanes.noise[0][k], lanes.noise[1][k], lanes.noise[2][k]];
-            let terms = self.exchange.terms::<F>(g, inverse_r2, r, xi, V::ON);
+            let g = K::f::<D>(r2 * inverse_r) * (weight * weight);
+            let mut xi = [0.0; 3];
+            if NOISE {
+                xi = [
+                    lanes.noise.xi[0][k],
+                    lanes.noise.xi[1][k],
+                    lanes.noise.xi[2][k],
+                ];
+            }
+            let terms = self
+                .exchange
+                .terms::<F, W::Arithmetic>(g, inverse_r, r, xi, NOISE);
             lanes.across[k] = terms.half_across;
             lanes.along[k] = terms.half_along;
             for a in 0..D {
-                lanes.noise[a][k] = terms.noise[a];
+                lanes.noise.xi[a][k] = terms.noise[a];
             }
         }
     }
+}
 
+/// Changes the velocities, one pair after the other.
+struct Update<'a, 'v, const D: usize, const CENTRAL: bool> {
+    lanes: &'a mut Lanes,
+    velocity: &'a Shared<'v, [f64; 4]>,
+    virial: Option<&'a mut Virial>,
+}
+
+impl<const D: usize, const CENTRAL: bool> Update<'_, '_, D, CENTRAL> {
     /// v_i += dv, v_j -= dv for one lane; returns dv.
     #[inline(always)]
-    fn update(&self, lanes: &Lanes, k: usize) -> [f64; 3] {
+    fn pair(lanes: &Lanes, velocity: &Shared<'_, [f64; 4]>, k: usize) -> [f64; 3] {
         let [i, j] = lanes.slots[k];
         // SAFETY: blocks of one colour share no particle, and i != j.
-        let (v, w) = unsafe { (self.velocity.slot(i), self.velocity.slot(j)) };
+        let (v, w) = unsafe { (velocity.slot(i), velocity.slot(j)) };
         let mut approach = 0.0;
         for a in 0..D {
             approach += lanes.r[a][k] * (v[a] - w[a]);
         }
         let mut along = lanes.along[k] * approach;
-        if F::CENTRAL {
-            along += lanes.noise[0][k];
+        if CENTRAL {
+            along += lanes.noise.xi[0][k];
         }
         let mut change = [0.0; 3];
         for a in 0..D {
             let mut dv = along * lanes.r[a][k];
-            if !F::CENTRAL {
-                dv += lanes.across[k] * (v[a] - w[a]) + lanes.noise[a][k];
+            if !CENTRAL {
+                dv += lanes.across[k] * (v[a] - w[a]) + lanes.noise.xi[a][k];
             }
             v[a] += dv;
             w[a] -= dv;
@@ -236,46 +254,159 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> ExchangeTask<'_, K,
         }
         change
     }
+
+    /// The drag and the random part of a change of velocity (unit mass: of momentum).
+    #[inline(always)]
+    fn keep(lanes: &Lanes, k: usize, change: [f64; 3], parts: &mut PartLanes) {
+        for a in 0..D {
+            let random = if CENTRAL {
+                lanes.noise.xi[0][k] * lanes.r[a][k]
+            } else {
+                lanes.noise.xi[a][k]
+            };
+            parts.parts[1][a][k] = change[a] - random;
+            parts.parts[2][a][k] = random;
+        }
+    }
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Task for ExchangeTask<'_, K, F, V, D> {
+impl<const D: usize, const CENTRAL: bool> Task for Update<'_, '_, D, CENTRAL> {
     type Output = ();
+
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let zero = [[0.0; CHUNK]; 3];
-        let mut lanes = Lanes {
-            slots: [[0; 2]; CHUNK],
-            r: zero,
-            r2: [0.0; CHUNK],
-            weight: [0.0; CHUNK],
-            low: [0; CHUNK],
-            high: [0; CHUNK],
-            sign: [0.0; CHUNK],
-            across: [0.0; CHUNK],
-            along: [0.0; CHUNK],
-            noise: zero,
-        };
-        let rounds = &self.block.rounds;
-        let pairs =
-            &self.block.shuffled[rounds[self.round] as usize..rounds[self.round + 1] as usize];
-        match self.direction {
-            Direction::Forward => {
-                let mut rest = pairs;
-                self.sweep(&mut lanes, |n| {
-                    let (now, later) = rest.split_at(n.min(rest.len()));
-                    rest = later;
-                    now.iter()
-                });
+        let (lanes, velocity) = (self.lanes, self.velocity);
+        let count = lanes.count.min(CHUNK);
+        match self.virial {
+            None => {
+                for k in 0..count {
+                    Self::pair(lanes, velocity, k);
+                }
             }
-            Direction::Backward => {
-                let mut rest = pairs;
-                self.sweep(&mut lanes, |n| {
-                    let (later, now) = rest.split_at(rest.len() - n.min(rest.len()));
-                    rest = later;
-                    now.iter().rev()
+            Some(Virial {
+                sum,
+                parts: Some(parts),
+            }) => {
+                for k in 0..count {
+                    let change = Self::pair(lanes, velocity, k);
+                    Self::keep(lanes, k, change, parts);
+                }
+                parts.add_to::<D, ROOM>(sum, &lanes.r, count);
+            }
+            Some(Virial { sum, parts: None }) => {
+                for k in 0..count {
+                    let change = Self::pair(lanes, velocity, k);
+                    // The noise of this pair has done its work and lends its place.
+                    for a in 0..D {
+                        lanes.noise.xi[a][k] = change[a];
+                    }
+                }
+                add_outer::<D, ROOM, ROOM>(&mut sum[1], &lanes.r, &mut lanes.noise.xi, count);
+            }
+        }
+    }
+}
+
+/// What a sweep works on.
+struct Sweep<'a> {
+    cell: &'a PeriodicBox,
+    position: &'a [[f64; 4]],
+    velocity: Shared<'a, [f64; 4]>,
+    id: &'a [u64],
+    exchange: Exchange,
+    key: SweepKey,
+    direction: Direction,
+    tally: Option<BlockSums<'a>>,
+}
+
+impl Sweep<'_> {
+    /// One round of one block.
+    fn round<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+        &self,
+        block: &BlockList,
+        number: u32,
+        round: usize,
+    ) {
+        let lanes = &mut Lanes {
+            count: 0,
+            slots: [[0; 2]; ROOM],
+            r: [[0.0; ROOM]; 3],
+            r2: [0.0; ROOM],
+            weight: [0.0; ROOM],
+            across: [0.0; ROOM],
+            along: [0.0; ROOM],
+            noise: Noise::new(),
+        };
+        let range = block.rounds[round] as usize..block.rounds[round + 1] as usize;
+        let mut rest = Rest {
+            pairs: &block.shuffled[range],
+            direction: self.direction,
+        };
+        let mut virial = self.tally.map(Virial::new);
+        while !rest.pairs.is_empty() {
+            if V::ON {
+                self.gather::<D, true>(block, &mut rest, lanes);
+                self.draw::<F, V, D>(lanes);
+                self.terms::<K, F, D, true>(lanes);
+            } else {
+                self.gather::<D, false>(block, &mut rest, lanes);
+                self.terms::<K, F, D, false>(lanes);
+            }
+            let (velocity, virial) = (&self.velocity, virial.as_mut());
+            if F::CENTRAL {
+                run_wide(Update::<D, true> {
+                    lanes,
+                    velocity,
+                    virial,
+                });
+            } else {
+                run_wide(Update::<D, false> {
+                    lanes,
+                    velocity,
+                    virial,
                 });
             }
         }
+        if let (Some(sums), Some(virial)) = (self.tally, virial) {
+            // SAFETY: this block's own number.
+            unsafe { sums.add(number, &virial.sum) };
+        }
+    }
+
+    fn gather<const D: usize, const NOISE: bool>(
+        &self,
+        block: &BlockList,
+        rest: &mut Rest<'_>,
+        lanes: &mut Lanes,
+    ) {
+        run_wide(Gather::<D, NOISE> {
+            block,
+            cell: self.cell,
+            position: self.position,
+            id: self.id,
+            rest,
+            lanes,
+        });
+    }
+
+    fn draw<F: FrictionForm, V: Variate, const D: usize>(&self, lanes: &mut Lanes) {
+        let (key, form) = (&self.key, PhantomData::<V>);
+        if F::CENTRAL {
+            run_wide(Draw::<V, 1, false> { lanes, key, form });
+        } else {
+            run_wide(Draw::<V, D, true> { lanes, key, form });
+        }
+    }
+
+    fn terms<K: Kernel, F: FrictionForm, const D: usize, const NOISE: bool>(
+        &self,
+        lanes: &mut Lanes,
+    ) {
+        run_wide(Terms::<K, F, D, NOISE> {
+            lanes,
+            exchange: &self.exchange,
+            form: PhantomData,
+        });
     }
 }
 
@@ -292,26 +423,21 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     mut tally: Option<&mut Tally>,
 ) {
     let sums = tally.as_deref_mut().map(Tally::begin);
-    let velocity = Shared::new(&mut particles.velocity);
-    let (position, id) = (&particles.position, &particles.id);
+    let sweep = Sweep {
+        cell,
+        position: &particles.position,
+        velocity: Shared::new(&mut particles.velocity),
+        id: &particles.id,
+        exchange,
+        key,
+        direction,
+        tally: sums,
+    };
     let backward = direction == Direction::Backward;
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
         for_each_block(grid, &list.blocks, backward, &|number, block| {
-            run_wide(ExchangeTask::<K, F, V, D> {
-                block,
-                cell,
-                position,
-                velocity,
-                id,
-                exchange,
-                key,
-                direction,
-                round,
-                number,
-                tally: sums,
-                form: PhantomData,
-            });
+            sweep.round::<K, F, V, D>(block, number, round);
         });
     }
     if let Some(tally) = tally {

@@ -14,7 +14,7 @@ use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
 use crate::physics::{FrictionForm, Kick};
-use crate::random::{SweepKey, Variate, inverse_root};
+use crate::random::{Arithmetic, SweepKey, Variate, inverse_root_with};
 use crate::state::Particles;
 
 /// The arrays of one chunk.
@@ -124,7 +124,7 @@ impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, CO
     #[inline(always)]
     fn run<W: Wide>(self) {
         let Lanes { noise, pairs, .. } = self.lanes;
-        noise.draw::<V>(self.key, pairs.count, COUNT, SIGNED);
+        noise.draw::<V, W::Arithmetic>(self.key, pairs.count, COUNT, SIGNED);
     }
 }
 
@@ -145,9 +145,9 @@ struct Weights {
 
 impl Lanes {
     #[inline(always)]
-    fn weights<K: Kernel, const D: usize>(&self, k: usize) -> Weights {
+    fn weights<K: Kernel, A: Arithmetic, const D: usize>(&self, k: usize) -> Weights {
         let r2 = self.pairs.r2[k];
-        let inverse_r = inverse_root(if r2 > 1e-30 { r2 } else { 1e-30 });
+        let inverse_r = inverse_root_with::<A>(if r2 > 1e-30 { r2 } else { 1e-30 });
         let (q, weight) = (r2 * inverse_r, self.pairs.weight[k]);
         let slope = K::f::<D>(q);
         Weights {
@@ -174,7 +174,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         let lanes = self.lanes;
         let count = whole(lanes.pairs.count);
         for k in 0..count {
-            let w = lanes.weights::<K, D>(k);
+            let w = lanes.weights::<K, W::Arithmetic, D>(k);
             let r = Lanes::vector(&lanes.pairs.r, k);
             let mut f = [0.0; 3];
             if CONSERVATIVE {
@@ -186,9 +186,15 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
                     Lanes::vector(&lanes.u, k),
                     Lanes::vector(&lanes.noise.xi, k),
                 );
-                let pair = self
-                    .kick
-                    .force::<F>(w.g, w.root_g, w.inverse_r, r, u, xi, V::ON);
+                let pair = self.kick.force::<F, W::Arithmetic>(
+                    w.g,
+                    w.root_g,
+                    w.inverse_r,
+                    r,
+                    u,
+                    xi,
+                    V::ON,
+                );
                 for a in 0..D {
                     f[a] += pair[a];
                 }
@@ -238,9 +244,9 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
 {
     /// Forces once more, by part; those of all together are left as they are.
     #[inline(always)]
-    fn split(lanes: &Lanes, kick: &Kick, parts: &mut PartLanes) {
+    fn split<A: Arithmetic>(lanes: &Lanes, kick: &Kick, parts: &mut PartLanes) {
         for k in 0..lanes.pairs.count.min(super::CHUNK) {
-            let w = lanes.weights::<K, D>(k);
+            let w = lanes.weights::<K, A, D>(k);
             let r = Lanes::vector(&lanes.pairs.r, k);
             if CONSERVATIVE {
                 for a in 0..D {
@@ -249,13 +255,13 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
             }
             if F::ON {
                 let (none, u) = ([0.0; 3], Lanes::vector(&lanes.u, k));
-                let drag = kick.force::<F>(w.g, w.root_g, w.inverse_r, r, u, none, false);
+                let drag = kick.force::<F, A>(w.g, w.root_g, w.inverse_r, r, u, none, false);
                 for a in 0..D {
                     parts.parts[1][a][k] = drag[a];
                 }
                 if V::ON {
                     let xi = Lanes::vector(&lanes.noise.xi, k);
-                    let noise = kick.force::<F>(w.g, w.root_g, w.inverse_r, r, none, xi, true);
+                    let noise = kick.force::<F, A>(w.g, w.root_g, w.inverse_r, r, none, xi, true);
                     for a in 0..D {
                         parts.parts[2][a][k] = noise[a];
                     }
@@ -276,7 +282,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         let Virial { sum, parts } = self.virial;
         match parts {
             Some(parts) => {
-                Self::split(self.lanes, self.kick, parts);
+                Self::split::<W::Arithmetic>(self.lanes, self.kick, parts);
                 parts.add_to::<D, ROOM>(sum, &self.lanes.pairs.r, self.lanes.pairs.count);
             }
             None => add_outer::<D, ROOM, ROOM>(&mut sum[0], &pairs.r, force, pairs.count),

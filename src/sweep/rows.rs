@@ -7,7 +7,7 @@ use super::wide::LANES;
 use super::{CHUNK, Shared, Walk, Wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Rows};
-use crate::random::{ROUNDER, SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::random::{Arithmetic, ROUNDER, SweepKey, Variate, pair_counter, philox4x32_lanes};
 
 /// Lanes of a chunk, with room for what the last eight leave over.
 pub(super) const ROOM: usize = CHUNK + 2 * LANES;
@@ -67,12 +67,37 @@ fn three<W: Wide>(numbers: &[f64; 3]) -> [W; 3] {
     ]
 }
 
-/// Separations from a head to others, eight at a time.
-pub(crate) struct Separation<W> {
-    head: [W; 4],
+/// Separations to the nearest image, eight at a time.
+#[derive(Clone, Copy)]
+pub(super) struct Wrap<W> {
     edges: [W; 3],
     inverse: [W; 3],
     rounder: W,
+}
+
+impl<W: Wide> Wrap<W> {
+    #[inline(always)]
+    pub(super) fn new(cell: &PeriodicBox) -> Self {
+        Self {
+            edges: three(&cell.edges),
+            inverse: three(&cell.inverse),
+            rounder: W::splat(ROUNDER),
+        }
+    }
+
+    /// Along one axis.
+    #[inline(always)]
+    pub(super) fn along(&self, axis: usize, r: W) -> W {
+        let turns = self.rounder.plus_product(r, self.inverse[axis]);
+        let turns = turns.minus(self.rounder);
+        r.less_product(self.edges[axis], turns)
+    }
+}
+
+/// Separations from a head to others.
+pub(crate) struct Separation<W> {
+    head: [W; 4],
+    wrap: Wrap<W>,
 }
 
 impl<W: Wide> Separation<W> {
@@ -85,31 +110,25 @@ impl<W: Wide> Separation<W> {
                 W::splat(head[2]),
                 W::splat(head[3]),
             ],
-            edges: three(&cell.edges),
-            inverse: three(&cell.inverse),
-            rounder: W::splat(ROUNDER),
+            wrap: Wrap::new(cell),
         }
     }
 
-    /// To the nearest image, along one axis.
     #[inline(always)]
     fn along(&self, axis: usize, other: W) -> W {
-        let r = self.head[axis].minus(other);
-        let turns = r.times(self.inverse[axis]);
-        let turns = turns.plus(self.rounder).minus(self.rounder);
-        r.minus(self.edges[axis].times(turns))
+        self.wrap.along(axis, self.head[axis].minus(other))
     }
 
     /// Square distances.
     #[inline(always)]
     pub(crate) fn square<const D: usize>(&self, other: &[W; 4]) -> W {
         let (x, y) = (self.along(0, other[0]), self.along(1, other[1]));
-        let plane = x.times(x).plus(y.times(y));
+        let plane = x.times(x).plus_product(y, y);
         if D == 2 {
             return plane;
         }
         let z = self.along(2, other[2]);
-        plane.plus(z.times(z))
+        plane.plus_product(z, z)
     }
 }
 
@@ -233,11 +252,11 @@ impl Pairs {
                 let (x, y) = (from.along(0, other[0]), from.along(1, other[1]));
                 x.store(self.r[0].as_mut_ptr().add(lane));
                 y.store(self.r[1].as_mut_ptr().add(lane));
-                let mut r2 = x.times(x).plus(y.times(y));
+                let mut r2 = x.times(x).plus_product(y, y);
                 if D == 3 {
                     let z = from.along(2, other[2]);
                     z.store(self.r[2].as_mut_ptr().add(lane));
-                    r2 = r2.plus(z.times(z));
+                    r2 = r2.plus_product(z, z);
                 }
                 r2.store(self.r2.as_mut_ptr().add(lane));
                 let weight = from.head[3].times(other[3]);
@@ -339,10 +358,16 @@ impl<const N: usize> Noise<N> {
         self.names[1][lane..lane + LANES].copy_from_slice(&others);
     }
 
+    /// Takes the ids of one pair.
+    #[inline(always)]
+    pub(super) fn name_one(&mut self, ids: [u64; 2], lane: usize) {
+        [self.names[0][lane], self.names[1][lane]] = ids;
+    }
+
     /// Draws so many variates for each pair: those of (i, j) are those of (j, i), with the other sign
     /// if they are `signed`.
     #[inline(always)]
-    pub(super) fn draw<V: Variate>(
+    pub(super) fn draw<V: Variate, A: Arithmetic>(
         &mut self,
         key: &SweepKey,
         count: usize,
@@ -370,7 +395,7 @@ impl<const N: usize> Noise<N> {
         for lane in 0..count {
             let counter = [low[lane], high[lane], key.tail[0], key.tail[1]];
             let words = philox4x32_lanes(counter, key.key);
-            let xi = V::draw(words, self.sign[lane], variates);
+            let xi = V::draw::<A>(words, self.sign[lane], variates);
             for a in 0..variates.min(N) {
                 self.xi[a][lane] = xi[a];
             }

@@ -17,7 +17,9 @@ use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
 use crate::physics::{
     Ends, Exchanges, FrictionDecay, HeatDecay, ThermalExchange, friction_odds, heat_odds,
 };
-use crate::random::{SweepKey, Variate, ln, pair_counter, philox4x32_lanes, unit_interval};
+use crate::random::{
+    Arithmetic, SweepKey, Variate, ln, pair_counter, philox4x32_lanes, unit_interval,
+};
 use crate::state::Particles;
 use crate::thermal::Thermal;
 use crate::wall::Walls;
@@ -156,12 +158,12 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
     }
 
     #[inline(always)]
-    fn compute(&self, lanes: &mut Lanes, count: usize) {
+    fn compute<A: Arithmetic>(&self, lanes: &mut Lanes, count: usize) {
         if V::ON {
             for k in 0..padded(count) {
                 let [low, high] = [lanes.low[k], lanes.high[k]];
                 let counter = [low, high, self.key.tail[0], self.key.tail[1]];
-                let xi = V::draw_four(philox4x32_lanes(counter, self.key.key));
+                let xi = V::draw_four::<A>(philox4x32_lanes(counter, self.key.key));
                 for (lane, x) in lanes.xi.iter_mut().zip(xi) {
                     lane[k] = lanes.sign[k] * x;
                 }
@@ -402,7 +404,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
 
     /// One chunk after the other: `next(n)` gives the next at most n pairs.
     #[inline(always)]
-    fn sweep<'p, I: ExactSizeIterator<Item = &'p [u16; 2]>>(
+    fn sweep<'p, A: Arithmetic, I: ExactSizeIterator<Item = &'p [u16; 2]>>(
         &self,
         lanes: &mut Lanes,
         mut next: impl FnMut(usize) -> I,
@@ -417,7 +419,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 finished = pairs.len() < CHUNK - count;
                 count = self.gather(lanes, count, pairs);
             }
-            self.compute(lanes, count);
+            self.compute::<A>(lanes, count);
             if virial.is_none() && handed.is_none() {
                 for k in 0..count {
                     refused += self.update(lanes, k).refused;
@@ -508,12 +510,12 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ThermalTask<'_, X, V, D>
         let mut rest =
             &self.block.shuffled[rounds[self.round] as usize..rounds[self.round + 1] as usize];
         match self.direction {
-            Direction::Forward => self.sweep(&mut lanes, |n| {
+            Direction::Forward => self.sweep::<W::Arithmetic, _>(&mut lanes, |n| {
                 let (now, later) = rest.split_at(n.min(rest.len()));
                 rest = later;
                 now.iter()
             }),
-            Direction::Backward => self.sweep(&mut lanes, |n| {
+            Direction::Backward => self.sweep::<W::Arithmetic, _>(&mut lanes, |n| {
                 let (later, now) = rest.split_at(rest.len() - n.min(rest.len()));
                 rest = later;
                 now.iter().rev()

@@ -10,7 +10,7 @@ use super::{CHUNK, Shared, Task, Walk, Wide, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Grid, PairList};
 use crate::physics::{Exchanges, PairState, ThermalRates};
-use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::random::{Arithmetic, SweepKey, Variate, pair_counter, philox4x32_lanes};
 use crate::state::Particles;
 
 /// The arrays of one chunk. Only pairs within the support get a lane.
@@ -120,7 +120,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
     }
 
     #[inline(always)]
-    fn draw(&self, lanes: &mut Lanes, count: usize) {
+    fn draw<A: Arithmetic>(&self, lanes: &mut Lanes, count: usize) {
         for k in 0..padded(count) {
             let counter = [
                 lanes.low[k],
@@ -128,7 +128,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
                 self.key.tail[0],
                 self.key.tail[1],
             ];
-            let xi = V::draw_four(philox4x32_lanes(counter, self.key.key));
+            let xi = V::draw_four::<A>(philox4x32_lanes(counter, self.key.key));
             for (lane, x) in lanes.xi.iter_mut().zip(xi) {
                 lane[k] = lanes.sign[k] * x;
             }
@@ -261,7 +261,7 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ForceTask<'_, X, V, D> {
         loop {
             let count = self.gather(&mut lanes, &mut walk);
             if V::ON {
-                self.draw(&mut lanes, count);
+                self.draw::<W::Arithmetic>(&mut lanes, count);
             }
             self.compute(&mut lanes, count);
             self.scatter(&lanes, count);

@@ -13,7 +13,7 @@ use super::wall_model::{self, Arrays, Physics, Request};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{FrictionForm, Frictionless, Kick};
-use crate::random::{Silent, SweepKey, Variate};
+use crate::random::{Plain, Silent, SweepKey, Variate};
 use crate::state::Particles;
 use crate::wall::{View, WallModel, Walls, Wrench};
 
@@ -96,7 +96,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         let [p, q] = view.link.slots.map(|slot| self.id[slot as usize]);
         let label = self.scenery.image(view).label;
         let sign = if odd || p < q { 1.0 } else { -1.0 };
-        let xi = V::draw(self.key.of_image(label).pair_words(p, q), sign, D);
+        let xi = V::draw::<Plain>(self.key.of_image(label).pair_words(p, q), sign, D);
         Some(std::array::from_fn(|a| if a < D { xi[a] } else { 0.0 }))
     }
 

@@ -13,7 +13,7 @@ use super::{Direction, Shared};
 use crate::kernel::Kernel;
 use crate::neighbor::{Grid, ROUNDS};
 use crate::physics::{Exchanges, ThermalExchange};
-use crate::random::{SweepKey, Variate, fmix64, pair_counter};
+use crate::random::{Plain, SweepKey, Variate, fmix64, pair_counter};
 use crate::state::Particles;
 use crate::thermal::{Thermal, WallHeat, pick};
 use crate::wall::{BlockLinks, OwnImages, View, Walls, Wrench};
@@ -147,7 +147,7 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
         }
         let [p, q] = view.link.slots.map(|slot| self.id[slot as usize]);
         let label = self.scenery.image(view).label;
-        let xi = V::draw_four(self.key.of_image(label).pair_words(p, q));
+        let xi = V::draw_four::<Plain>(self.key.of_image(label).pair_words(p, q));
         let sign = if odd || p < q { 1.0 } else { -1.0 };
         [sign * xi[0], sign * xi[1], sign * xi[2], xi[3]]
     }

@@ -1,11 +1,14 @@
-//! The widest vector instructions this machine has, chosen at run time. No operation is fused and
-//! no sum reordered, so the results have the same bits on every path.
+//! The widest vector instructions this machine has, chosen at run time. No sum is reordered. AVX2 and
+//! AVX-512 give the same bits; without them products are rounded before they are added, so results
+//! differ in the last place.
 //!
 //! Most of a sweep is plain loops over small arrays, which the compiler turns into vector
 //! instructions by itself. What it does not find are the moves between records of particles and
 //! lanes of pairs: [`Wide`] names these few, eight lanes at a time.
 
 use std::sync::OnceLock;
+
+use crate::random::{Arithmetic, Plain};
 
 /// Lanes of a [`Wide`] value.
 pub const LANES: usize = 8;
@@ -24,6 +27,8 @@ pub trait Task {
 /// Pointers must be good for the eight numbers or records that are named, `slots` lead to records
 /// behind `base`, and the machine must have the instructions.
 pub trait Wide: Copy {
+    /// Of plain numbers in the same loop.
+    type Arithmetic: Arithmetic;
     /// All lanes alike.
     fn splat(x: f64) -> Self;
     /// From eight numbers.
@@ -42,6 +47,10 @@ pub trait Wide: Copy {
     fn minus(self, other: Self) -> Self;
     /// Lane by lane.
     fn times(self, other: Self) -> Self;
+    /// self - a b.
+    fn less_product(self, a: Self, b: Self) -> Self;
+    /// self + a b.
+    fn plus_product(self, a: Self, b: Self) -> Self;
     /// Bit k is set where lane k is below that of `other`.
     fn below(self, other: Self) -> u8;
     /// The four columns of eight records.
@@ -54,6 +63,11 @@ pub trait Wide: Copy {
     /// # Safety
     /// See the trait.
     unsafe fn records(columns: [Self; 3], to: *mut [f64; 4]);
+    /// Stores the lanes whose bits are set one behind the other, and then anything: eight in all.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn store_kept(self, keep: u8, to: *mut f64);
     /// Numbers of the lanes whose bits are set, one behind the other; then anything.
     fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES];
 }
@@ -95,6 +109,7 @@ impl Portable {
 }
 
 impl Wide for Portable {
+    type Arithmetic = Plain;
     #[inline(always)]
     fn splat(x: f64) -> Self {
         Self([x; LANES])
@@ -122,6 +137,14 @@ impl Wide for Portable {
         self.zip(other, |a, b| a * b)
     }
     #[inline(always)]
+    fn less_product(self, a: Self, b: Self) -> Self {
+        self.minus(a.times(b))
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        self.plus(a.times(b))
+    }
+    #[inline(always)]
     fn below(self, other: Self) -> u8 {
         (0..LANES).fold(0, |bits, k| bits | u8::from(self.0[k] < other.0[k]) << k)
     }
@@ -140,6 +163,12 @@ impl Wide for Portable {
         }
     }
     #[inline(always)]
+    unsafe fn store_kept(self, keep: u8, to: *mut f64) {
+        let kept = KEPT[keep as usize].map(|lane| self.0[lane as usize]);
+        // SAFETY: promised by the caller.
+        unsafe { Self(kept).store(to) }
+    }
+    #[inline(always)]
     fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
         KEPT[keep as usize].map(|lane| numbers[lane as usize])
     }
@@ -150,10 +179,28 @@ mod x86 {
     use std::arch::x86_64::*;
 
     use super::{KEPT, LANES, Wide};
+    use crate::random::Fused;
 
     /// Two halves of four lanes.
     #[derive(Clone, Copy)]
     pub struct Avx2(__m256d, __m256d);
+
+    /// 32-bit places of the 64-bit lanes whose bits are set, in one half.
+    const HALVES: [[i32; 8]; 16] = {
+        let mut table = [[0; 8]; 16];
+        let mut mask = 0;
+        while mask < 16 {
+            let mut at = 0;
+            while at < 4 {
+                let lane = KEPT[mask][at] as i32;
+                table[mask][2 * at] = 2 * lane;
+                table[mask][2 * at + 1] = 2 * lane + 1;
+                at += 1;
+            }
+            mask += 1;
+        }
+        table
+    };
 
     /// Bytes of the 16-bit lanes whose bits are set.
     const BYTES: [[u8; 16]; 256] = {
@@ -201,6 +248,7 @@ mod x86 {
     // SAFETY of all blocks below: the machine has the instructions, pointers are the caller's.
     #[allow(clippy::undocumented_unsafe_blocks)]
     impl Wide for Avx2 {
+        type Arithmetic = Fused;
         #[inline(always)]
         fn splat(x: f64) -> Self {
             let half = unsafe { _mm256_set1_pd(x) };
@@ -245,6 +293,24 @@ mod x86 {
             }
         }
         #[inline(always)]
+        fn less_product(self, a: Self, b: Self) -> Self {
+            unsafe {
+                Self(
+                    _mm256_fnmadd_pd(a.0, b.0, self.0),
+                    _mm256_fnmadd_pd(a.1, b.1, self.1),
+                )
+            }
+        }
+        #[inline(always)]
+        fn plus_product(self, a: Self, b: Self) -> Self {
+            unsafe {
+                Self(
+                    _mm256_fmadd_pd(a.0, b.0, self.0),
+                    _mm256_fmadd_pd(a.1, b.1, self.1),
+                )
+            }
+        }
+        #[inline(always)]
         fn below(self, other: Self) -> u8 {
             unsafe {
                 let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0));
@@ -280,6 +346,20 @@ mod x86 {
             }
         }
         #[inline(always)]
+        unsafe fn store_kept(self, keep: u8, to: *mut f64) {
+            unsafe {
+                let (low, high) = (keep & 15, keep >> 4);
+                let places = _mm256_loadu_si256(HALVES[low as usize].as_ptr().cast());
+                let first = _mm256_permutevar8x32_epi32(_mm256_castpd_si256(self.0), places);
+                let places = _mm256_loadu_si256(HALVES[high as usize].as_ptr().cast());
+                let second = _mm256_permutevar8x32_epi32(_mm256_castpd_si256(self.1), places);
+                // The second half goes where the first ends.
+                _mm256_storeu_pd(to, _mm256_castsi256_pd(first));
+                let to = to.add(low.count_ones() as usize);
+                _mm256_storeu_pd(to, _mm256_castsi256_pd(second));
+            }
+        }
+        #[inline(always)]
         fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
             kept(numbers, keep)
         }
@@ -292,6 +372,7 @@ mod x86 {
     // SAFETY of all blocks below: the machine has the instructions, pointers are the caller's.
     #[allow(clippy::undocumented_unsafe_blocks)]
     impl Wide for Avx512 {
+        type Arithmetic = Fused;
         #[inline(always)]
         fn splat(x: f64) -> Self {
             unsafe { Self(_mm512_set1_pd(x)) }
@@ -315,6 +396,14 @@ mod x86 {
         #[inline(always)]
         fn times(self, other: Self) -> Self {
             unsafe { Self(_mm512_mul_pd(self.0, other.0)) }
+        }
+        #[inline(always)]
+        fn less_product(self, a: Self, b: Self) -> Self {
+            unsafe { Self(_mm512_fnmadd_pd(a.0, b.0, self.0)) }
+        }
+        #[inline(always)]
+        fn plus_product(self, a: Self, b: Self) -> Self {
+            unsafe { Self(_mm512_fmadd_pd(a.0, b.0, self.0)) }
         }
         #[inline(always)]
         fn below(self, other: Self) -> u8 {
@@ -361,6 +450,10 @@ mod x86 {
                     _mm256_storeu_pd(to.add(first + 2).cast(), second);
                 }
             }
+        }
+        #[inline(always)]
+        unsafe fn store_kept(self, keep: u8, to: *mut f64) {
+            unsafe { _mm512_storeu_pd(to, _mm512_maskz_compress_pd(keep, self.0)) }
         }
         #[inline(always)]
         fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
@@ -486,15 +579,19 @@ mod tests {
                 for keep in [columns[0].below(limit), 0, 255, 0b0110_1001, 1, 128] {
                     let kept = W::kept(slots, keep);
                     let range = kept_of_range(7, keep);
+                    columns[1].store_kept(keep, eight.as_mut_ptr());
                     let lanes = (0..LANES).filter(|lane| keep >> lane & 1 == 1);
                     for (k, lane) in lanes.enumerate() {
                         assert_eq!(kept[k], slots[lane]);
                         assert_eq!(range[k], 7 + lane as u16);
+                        assert_eq!(eight[k], records[slots[lane] as usize][1]);
                     }
                     out.push(f64::from(keep));
                 }
                 let two = W::load(out.as_ptr());
                 let sum = two.times(limit).plus(two).minus(limit);
+                // exact in these small integers, fused or not
+                let sum = sum.plus_product(two, limit).less_product(two, two);
                 sum.store(eight.as_mut_ptr());
                 out.extend(eight);
             }

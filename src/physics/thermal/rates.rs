@@ -151,7 +151,7 @@ impl ThermalRates {
 mod tests {
     use super::super::{Bath, Full, FullVariable};
     use super::*;
-    use crate::random::{Gaussian, Stream, SweepKey, Variate};
+    use crate::random::{Gaussian, Plain, Stream, SweepKey, Variate};
 
     const STATE: PairState = PairState {
         now: [0.7, 1.6],
@@ -213,7 +213,7 @@ mod tests {
         let key = SweepKey::new(3, Stream::PairThermalForce, 0, 0);
         let (mut sum, mut heat) = ([[0.0; 3]; 3], 0.0);
         for id in 0..n {
-            let [x, y, z, w] = Gaussian::draw_four(key.pair_words(id, id + 1));
+            let [x, y, z, w] = Gaussian::draw_four::<Plain>(key.pair_words(id, id + 1));
             let xi = Some([x, y, z]);
             let f = rates.force::<FullVariable>(g, inverse_r2, r, [0.0; 3], &STATE, xi);
             let q = rates.conduction::<FullVariable>(g, &STATE, Some(w))

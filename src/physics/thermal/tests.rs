@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::super::friction::LinkAxes;
 use super::*;
-use crate::random::{Gaussian, Stream, SweepKey, Variate};
+use crate::random::{Gaussian, Plain, Stream, SweepKey, Variate};
 
 fn coefficients(capacity: f64) -> PairThermal {
     PairThermal {
@@ -76,7 +76,7 @@ fn a_pair_comes_to_its_equilibrium() {
         let (mut first, mut second, mut motion) = (0.0, 0.0, 0.0);
         for step in 0..n {
             let words = SweepKey::new(5, Stream::PairExchange, step, 0).pair_words(0, 1);
-            let xi = Gaussian::draw_four(words);
+            let xi = Gaussian::draw_four::<Plain>(words);
             let decays = exchange.friction::<Full>(1.0, true);
             let decays = exchange.at_energies::<Full>(decays, 1.0, &exchange.ends(e), true);
             let root = |m: f64| (-m * (2.0 + m)).sqrt();
@@ -124,7 +124,7 @@ fn a_bath_brings_its_temperature() {
     let mut sums = [0.0; 4];
     for step in 0..n {
         let words = SweepKey::new(9, Stream::PairExchange, step, 0).pair_words(0, 1);
-        let xi = Gaussian::draw_four(words);
+        let xi = Gaussian::draw_four::<Plain>(words);
         let gain = exchange.bath::<Full>(1.0, &exchange.ends(e), t, Some(xi[0]), false);
         if e.iter().all(|x| x + gain > 0.0) {
             e = e.map(|x| x + gain);
@@ -175,7 +175,7 @@ fn links_keep_energy_and_equilibrium() {
         let (mut heat, mut motion) = (0.0, 0.0);
         for step in 0..n {
             let words = SweepKey::new(3, Stream::PairExchange, step, 0).pair_words(0, 1);
-            let xi = Gaussian::draw_four(words);
+            let xi = Gaussian::draw_four::<Plain>(words);
             let energies = if own { [e[0]; 2] } else { e };
             let noise = Some([xi[0], xi[1], xi[2]]);
             let change = exchange.link::<Full>(1.0, &axes, u, &exchange.ends(energies), noise, own);
@@ -284,7 +284,7 @@ fn acceptance_makes_the_equilibrium_of_any_pair_exact() {
         let mut sums = [0.0; 3];
         for step in 0..n {
             let key = |draw| SweepKey::new(8, Stream::PairExchange, step, draw).pair_words(0, 1);
-            let xi = Gaussian::draw_four(key(0));
+            let xi = Gaussian::draw_four::<Plain>(key(0));
             let chance = key(1).map(|word| ((word as f64 + 0.5) / 4_294_967_296.0).ln());
             let here = ends(e);
             let decay = exchange.friction_at::<FullMetropolis>(1.0, &here, true);
@@ -347,7 +347,7 @@ fn a_bath_brings_its_temperature_to_any_pair() {
     let mut sums = [0.0; 4];
     for step in 0..n {
         let words = SweepKey::new(2, Stream::PairExchange, step, 0).pair_words(0, 1);
-        let xi = Gaussian::draw_four(words);
+        let xi = Gaussian::draw_four::<Plain>(words);
         let ends = |e: [f64; 2]| Ends::of_states([kinds[0].state(e[0]), kinds[1].state(e[1])]);
         let gain = exchange.bath::<FullGeneral>(1.0, &ends(e), t, Some(xi[0]), false);
         if e.iter().all(|x| x + gain > 0.0) {

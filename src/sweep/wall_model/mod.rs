@@ -16,7 +16,7 @@ use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{Exchange, FrictionForm, Kick};
-use crate::random::{SweepKey, Variate};
+use crate::random::{Plain, SweepKey, Variate};
 use crate::state::Particles;
 use crate::wall::{Near, OwnImages, Site, TASK, WallModel, Walls, Wrench};
 
@@ -49,7 +49,7 @@ impl Physics {
             noise: V::ON,
             force: Kick::single_force::<F>,
             exchange: Exchange::one_sided::<F>,
-            draw: V::draw,
+            draw: V::draw::<Plain>,
         }
     }
 
