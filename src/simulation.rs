@@ -524,10 +524,12 @@ impl Engine {
         let current = current.map(|it| it.moment);
         let stress = self.tally.as_ref().map(|it| it.moment);
         self.stopwatch.begin();
+        let begun = self.step;
         let result = pool
             .install(|| integrator.run(self, steps, scaled))
             // The last kick of a run is followed by no drift that would notice.
             .and_then(|()| self.check_finite());
+        self.stopwatch.steps += self.step - begun;
         if result.is_err() {
             self.each_observer(|observer| observer.forget());
             self.walls.impulse = impulse;
@@ -874,7 +876,6 @@ impl Engine {
 
     /// Shows the state after a step to the observers whose turn it is.
     pub(crate) fn observe(&mut self, dt: f64) {
-        self.stopwatch.steps += 1;
         if self.observers.is_empty() {
             return;
         }

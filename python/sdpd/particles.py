@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sdpd import initial, validation
 from sdpd.scene import Scene
-from sdpd.time_profile import TimeProfile
 
 if TYPE_CHECKING:
     from sdpd._core import Core
@@ -297,34 +296,6 @@ class Particles:
     def statistics(self) -> dict[str, Any]:
         """Sizes and counts of the core: pairs, bytes of lists, skin, renewals, wall crossings."""
         return self._core.statistics()
-
-    def profile(self, *, reset: bool = False) -> TimeProfile:
-        """Where the wall time of the runs has gone, by phase of the step.
-
-        Parameters
-        ----------
-        reset : bool
-            Whether to count from here on.
-
-        Returns
-        -------
-        TimeProfile
-            ``print`` shows it.
-
-        Raises
-        ------
-        TypeError
-            If `reset` is no bool.
-
-        Notes
-        -----
-        Of all steps since the start or the last reset. The clock is read some ten times a step,
-        about 0.3 microseconds in all.
-        """
-        seconds, steps = self._core.profile(validation.boolean("reset", reset))
-        return TimeProfile(
-            seconds, steps, self.n_particles, self.threads, self._core.instructions()
-        )
 
     def refresh(self) -> None:
         """Bring derived arrays up to date with what was written into the state's arrays.

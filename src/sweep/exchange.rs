@@ -4,9 +4,9 @@
 
 use std::marker::PhantomData;
 
-use super::rows::{Noise, ROOM, Wrap, first_lanes, whole};
+use super::couples::{Couples, Rest};
+use super::rows::{Noise, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
-use super::wide::LANES;
 use super::{CHUNK, Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -24,140 +24,33 @@ pub enum Direction {
     Backward,
 }
 
-/// The arrays of one chunk: pairs within the support, in the order of the sweep.
+/// The arrays of one chunk.
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Lanes {
-    count: usize,
-    slots: [[u32; 2]; ROOM],
-    r: [[f64; ROOM]; 3],
-    r2: [f64; ROOM],
-    weight: [f64; ROOM],
+    pairs: Couples,
     across: [f64; ROOM],
     along: [f64; ROOM],
     noise: Noise<3>,
 }
 
-/// The pairs of a block that are still to come, in the order of the sweep.
-struct Rest<'a> {
-    pairs: &'a [[u16; 2]],
-    direction: Direction,
-}
-
-impl<'a> Rest<'a> {
-    /// The next ones: at most so many.
-    fn next(&mut self, count: usize) -> &'a [[u16; 2]] {
-        let count = count.min(self.pairs.len());
-        let (now, later) = match self.direction {
-            Direction::Forward => self.pairs.split_at(count),
-            Direction::Backward => {
-                let (later, now) = self.pairs.split_at(self.pairs.len() - count);
-                (now, later)
-            }
-        };
-        self.pairs = later;
-        now
-    }
-}
-
-/// Fills the lanes with pairs within the support.
+/// Fills the lanes.
 struct Gather<'a, 'r, const D: usize, const NOISE: bool> {
+    sweep: &'a Sweep<'a>,
     block: &'a BlockList,
-    cell: &'a PeriodicBox,
-    position: &'a [[f64; 4]],
-    id: &'a [u64],
     rest: &'a mut Rest<'r>,
     lanes: &'a mut Lanes,
-}
-
-impl<const D: usize, const NOISE: bool> Gather<'_, '_, D, NOISE> {
-    /// Eight pairs, of which `there` are some; returns how many have got lanes.
-    ///
-    /// # Safety
-    /// The pairs are of this block, and there are eight lanes from `at` on.
-    #[inline(always)]
-    unsafe fn eight<W: Wide>(
-        &mut self,
-        wrap: &Wrap<W>,
-        pairs: &[[u16; 2]; LANES],
-        there: u8,
-        at: usize,
-    ) -> usize {
-        let mut slots = [[0; 2]; LANES];
-        // SAFETY: places of a list lead to slots of particles.
-        unsafe {
-            for (slots, pair) in slots.iter_mut().zip(pairs) {
-                for (slot, &place) in slots.iter_mut().zip(pair) {
-                    *slot = *self.block.slots.get_unchecked(place as usize);
-                }
-            }
-            let [s0, s1, s2, s3, s4, s5, s6, s7] = slots;
-            let first = [s0[0], s1[0], s2[0], s3[0], s4[0], s5[0], s6[0], s7[0]];
-            let second = [s0[1], s1[1], s2[1], s3[1], s4[1], s5[1], s6[1], s7[1]];
-            let i = W::columns(self.position.as_ptr(), &first);
-            let j = W::columns(self.position.as_ptr(), &second);
-            let (x, y) = (
-                wrap.along(0, i[0].minus(j[0])),
-                wrap.along(1, i[1].minus(j[1])),
-            );
-            let z = wrap.along(2, i[2].minus(j[2]));
-            let mut r2 = x.times(x).plus_product(y, y);
-            if D == 3 {
-                r2 = r2.plus_product(z, z);
-            }
-            let keep = r2.below(W::splat(1.0)) & there;
-            let lanes = &mut *self.lanes;
-            x.store_kept(keep, lanes.r[0].as_mut_ptr().add(at));
-            y.store_kept(keep, lanes.r[1].as_mut_ptr().add(at));
-            if D == 3 {
-                z.store_kept(keep, lanes.r[2].as_mut_ptr().add(at));
-            }
-            r2.store_kept(keep, lanes.r2.as_mut_ptr().add(at));
-            let weight = i[3].times(j[3]);
-            weight.store_kept(keep, lanes.weight.as_mut_ptr().add(at));
-            let mut lane = at;
-            for (k, pair) in slots.iter().enumerate() {
-                *lanes.slots.get_unchecked_mut(lane) = *pair;
-                lane += usize::from(keep >> k & 1);
-            }
-            lane - at
-        }
-    }
 }
 
 impl<const D: usize, const NOISE: bool> Task for Gather<'_, '_, D, NOISE> {
     type Output = ();
 
     #[inline(always)]
-    fn run<W: Wide>(mut self) {
-        let wrap = Wrap::<W>::new(self.cell);
-        let mut count = 0;
-        // Stop before the free lanes become too few to be worth a pass.
-        while CHUNK - count >= 2 * LANES {
-            let pairs = self.rest.next(CHUNK - count);
-            if pairs.is_empty() {
-                break;
-            }
-            let backward = self.rest.direction == Direction::Backward;
-            for k in (0..pairs.len()).step_by(LANES) {
-                let there = first_lanes(pairs.len() - k);
-                let mut eight = [pairs[0]; LANES];
-                for (lane, pair) in eight.iter_mut().enumerate() {
-                    let n = (k + lane).min(pairs.len() - 1);
-                    *pair = pairs[if backward { pairs.len() - 1 - n } else { n }];
-                }
-                // SAFETY: pairs of this block; no more than free lanes, and eight behind them.
-                count += unsafe { self.eight(&wrap, &eight, there, count) };
-            }
-        }
-        let lanes = self.lanes;
-        lanes.count = count;
+    fn run<W: Wide>(self) {
+        let Lanes { pairs, noise, .. } = self.lanes;
+        let Sweep { cell, position, .. } = self.sweep;
+        pairs.fill::<W, D>(self.block, cell, position, self.rest);
         if NOISE {
-            for lane in 0..count.min(ROOM) {
-                // SAFETY: slots of particles.
-                let ids =
-                    lanes.slots[lane].map(|slot| unsafe { *self.id.get_unchecked(slot as usize) });
-                lanes.noise.name_one(ids, lane);
-            }
+            noise.name_pairs(&pairs.slots, pairs.count, self.sweep.id);
         }
     }
 }
@@ -174,8 +67,8 @@ impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, CO
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let Lanes { noise, count, .. } = self.lanes;
-        noise.draw::<V, W::Arithmetic>(self.key, *count, COUNT, SIGNED);
+        let Lanes { noise, pairs, .. } = self.lanes;
+        noise.draw::<V, W::Arithmetic>(self.key, pairs.count, COUNT, SIGNED);
     }
 }
 
@@ -194,11 +87,15 @@ impl<K: Kernel, F: FrictionForm, const D: usize, const NOISE: bool> Task
     #[inline(always)]
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
-        for k in 0..whole(lanes.count) {
-            let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
-            let r2 = lanes.r2[k];
+        for k in 0..whole(lanes.pairs.count) {
+            let r = [
+                lanes.pairs.r[0][k],
+                lanes.pairs.r[1][k],
+                lanes.pairs.r[2][k],
+            ];
+            let r2 = lanes.pairs.r2[k];
             let inverse_r = inverse_root_with::<W::Arithmetic>(if r2 > 1e-30 { r2 } else { 1e-30 });
-            let weight = lanes.weight[k];
+            let weight = lanes.pairs.weight[k];
             let g = K::f::<D>(r2 * inverse_r) * (weight * weight);
             let mut xi = [0.0; 3];
             if NOISE {
@@ -231,12 +128,12 @@ impl<const D: usize, const CENTRAL: bool> Update<'_, '_, D, CENTRAL> {
     /// v_i += dv, v_j -= dv for one lane; returns dv.
     #[inline(always)]
     fn pair(lanes: &Lanes, velocity: &Shared<'_, [f64; 4]>, k: usize) -> [f64; 3] {
-        let [i, j] = lanes.slots[k];
+        let [i, j] = lanes.pairs.slots[k];
         // SAFETY: blocks of one colour share no particle, and i != j.
         let (v, w) = unsafe { (velocity.slot(i), velocity.slot(j)) };
         let mut approach = 0.0;
         for a in 0..D {
-            approach += lanes.r[a][k] * (v[a] - w[a]);
+            approach += lanes.pairs.r[a][k] * (v[a] - w[a]);
         }
         let mut along = lanes.along[k] * approach;
         if CENTRAL {
@@ -244,7 +141,7 @@ impl<const D: usize, const CENTRAL: bool> Update<'_, '_, D, CENTRAL> {
         }
         let mut change = [0.0; 3];
         for a in 0..D {
-            let mut dv = along * lanes.r[a][k];
+            let mut dv = along * lanes.pairs.r[a][k];
             if !CENTRAL {
                 dv += lanes.across[k] * (v[a] - w[a]) + lanes.noise.xi[a][k];
             }
@@ -260,7 +157,7 @@ impl<const D: usize, const CENTRAL: bool> Update<'_, '_, D, CENTRAL> {
     fn keep(lanes: &Lanes, k: usize, change: [f64; 3], parts: &mut PartLanes) {
         for a in 0..D {
             let random = if CENTRAL {
-                lanes.noise.xi[0][k] * lanes.r[a][k]
+                lanes.noise.xi[0][k] * lanes.pairs.r[a][k]
             } else {
                 lanes.noise.xi[a][k]
             };
@@ -276,7 +173,7 @@ impl<const D: usize, const CENTRAL: bool> Task for Update<'_, '_, D, CENTRAL> {
     #[inline(always)]
     fn run<W: Wide>(self) {
         let (lanes, velocity) = (self.lanes, self.velocity);
-        let count = lanes.count.min(CHUNK);
+        let count = lanes.pairs.count.min(CHUNK);
         match self.virial {
             None => {
                 for k in 0..count {
@@ -291,7 +188,7 @@ impl<const D: usize, const CENTRAL: bool> Task for Update<'_, '_, D, CENTRAL> {
                     let change = Self::pair(lanes, velocity, k);
                     Self::keep(lanes, k, change, parts);
                 }
-                parts.add_to::<D, ROOM>(sum, &lanes.r, count);
+                parts.add_to::<D, ROOM>(sum, &lanes.pairs.r, count);
             }
             Some(Virial { sum, parts: None }) => {
                 for k in 0..count {
@@ -301,7 +198,7 @@ impl<const D: usize, const CENTRAL: bool> Task for Update<'_, '_, D, CENTRAL> {
                         lanes.noise.xi[a][k] = change[a];
                     }
                 }
-                add_outer::<D, ROOM, ROOM>(&mut sum[1], &lanes.r, &mut lanes.noise.xi, count);
+                add_outer::<D, ROOM, ROOM>(&mut sum[1], &lanes.pairs.r, &mut lanes.noise.xi, count);
             }
         }
     }
@@ -328,22 +225,14 @@ impl Sweep<'_> {
         round: usize,
     ) {
         let lanes = &mut Lanes {
-            count: 0,
-            slots: [[0; 2]; ROOM],
-            r: [[0.0; ROOM]; 3],
-            r2: [0.0; ROOM],
-            weight: [0.0; ROOM],
+            pairs: Couples::new(),
             across: [0.0; ROOM],
             along: [0.0; ROOM],
             noise: Noise::new(),
         };
-        let range = block.rounds[round] as usize..block.rounds[round + 1] as usize;
-        let mut rest = Rest {
-            pairs: &block.shuffled[range],
-            direction: self.direction,
-        };
+        let mut rest = Rest::of(block, round, self.direction);
         let mut virial = self.tally.map(Virial::new);
-        while !rest.pairs.is_empty() {
+        while !rest.is_empty() {
             if V::ON {
                 self.gather::<D, true>(block, &mut rest, lanes);
                 self.draw::<F, V, D>(lanes);
@@ -380,10 +269,8 @@ impl Sweep<'_> {
         lanes: &mut Lanes,
     ) {
         run_wide(Gather::<D, NOISE> {
+            sweep: self,
             block,
-            cell: self.cell,
-            position: self.position,
-            id: self.id,
             rest,
             lanes,
         });

@@ -37,7 +37,7 @@ struct Source<'a> {
 }
 
 /// Fills the lanes from the list.
-struct Gather<'a, const D: usize, const NOISE: bool> {
+struct Gather<'a, const D: usize, const FRICTION: bool, const NOISE: bool> {
     source: &'a Source<'a>,
     near: &'a Rows,
     block: &'a BlockList,
@@ -46,7 +46,7 @@ struct Gather<'a, const D: usize, const NOISE: bool> {
 }
 
 /// Relative velocities, pressures and ids.
-struct Motion<'a, W, const D: usize, const NOISE: bool> {
+struct Motion<'a, W, const D: usize, const FRICTION: bool, const NOISE: bool> {
     source: &'a Source<'a>,
     head: [W; 4],
     id: u64,
@@ -55,7 +55,9 @@ struct Motion<'a, W, const D: usize, const NOISE: bool> {
     noise: &'a mut Noise<3>,
 }
 
-impl<W: Wide, const D: usize, const NOISE: bool> Companion<W> for Motion<'_, W, D, NOISE> {
+impl<W: Wide, const D: usize, const FRICTION: bool, const NOISE: bool> Companion<W>
+    for Motion<'_, W, D, FRICTION, NOISE>
+{
     #[inline(always)]
     fn begin(&mut self, head: u32) {
         let [x, y, z, p] = self.source.velocity[head as usize];
@@ -70,9 +72,11 @@ impl<W: Wide, const D: usize, const NOISE: bool> Companion<W> for Motion<'_, W, 
         // SAFETY: promised by the caller.
         unsafe {
             let other = W::columns(self.source.velocity.as_ptr(), slots);
-            for a in 0..D {
-                let u = self.head[a].minus(other[a]);
-                u.store(self.u[a].as_mut_ptr().add(lane));
+            if FRICTION {
+                for a in 0..D {
+                    let u = self.head[a].minus(other[a]);
+                    u.store(self.u[a].as_mut_ptr().add(lane));
+                }
             }
             let pressure = self.head[3].plus(other[3]);
             pressure.store(self.pressure.as_mut_ptr().add(lane));
@@ -85,7 +89,9 @@ impl<W: Wide, const D: usize, const NOISE: bool> Companion<W> for Motion<'_, W, 
     }
 }
 
-impl<const D: usize, const NOISE: bool> Task for Gather<'_, D, NOISE> {
+impl<const D: usize, const FRICTION: bool, const NOISE: bool> Task
+    for Gather<'_, D, FRICTION, NOISE>
+{
     type Output = ();
 
     #[inline(always)]
@@ -97,7 +103,7 @@ impl<const D: usize, const NOISE: bool> Task for Gather<'_, D, NOISE> {
             noise,
             ..
         } = self.lanes;
-        let mut motion = Motion::<W, D, NOISE> {
+        let mut motion = Motion::<W, D, FRICTION, NOISE> {
             source: self.source,
             head: [W::splat(0.0); 4],
             id: 0,
@@ -314,23 +320,13 @@ fn sweep_block<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CON
     let walk = &mut Walk::default();
     let mut virial = sums.map(Virial::new);
     while !walk.at_end(&near.ends) {
+        match (F::ON, V::ON) {
+            (true, true) => gather::<D, true, true>(source, near, block, walk, lanes),
+            (true, false) => gather::<D, true, false>(source, near, block, walk, lanes),
+            _ => gather::<D, false, false>(source, near, block, walk, lanes),
+        }
         if V::ON {
-            run_wide(Gather::<D, true> {
-                source,
-                near,
-                block,
-                walk,
-                lanes,
-            });
             draw::<F, V, D>(lanes, key);
-        } else {
-            run_wide(Gather::<D, false> {
-                source,
-                near,
-                block,
-                walk,
-                lanes,
-            });
         }
         run_wide(Compute::<K, F, V, D, CONSERVATIVE> {
             lanes,
@@ -351,6 +347,22 @@ fn sweep_block<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CON
         // SAFETY: this block's own number.
         unsafe { sums.add(number, &virial.sum) };
     }
+}
+
+fn gather<const D: usize, const FRICTION: bool, const NOISE: bool>(
+    source: &Source<'_>,
+    near: &Rows,
+    block: &BlockList,
+    walk: &mut Walk,
+    lanes: &mut Lanes,
+) {
+    run_wide(Gather::<D, FRICTION, NOISE> {
+        source,
+        near,
+        block,
+        walk,
+        lanes,
+    });
 }
 
 fn draw<F: FrictionForm, V: Variate, const D: usize>(lanes: &mut Lanes, key: &SweepKey) {

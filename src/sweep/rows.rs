@@ -7,7 +7,9 @@ use super::wide::LANES;
 use super::{CHUNK, Shared, Walk, Wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Rows};
-use crate::random::{Arithmetic, ROUNDER, SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::random::{
+    Arithmetic, ROUNDER, SweepKey, Variate, ln, pair_counter, philox4x32_lanes, unit_interval,
+};
 
 /// Lanes of a chunk, with room for what the last eight leave over.
 pub(super) const ROOM: usize = CHUNK + 2 * LANES;
@@ -282,6 +284,12 @@ impl Pairs {
         }
     }
 
+    /// Slot of the partner in a lane in use.
+    #[inline(always)]
+    pub(super) fn other(&self, lane: usize) -> u32 {
+        self.other[lane]
+    }
+
     /// Adds what is in the lanes to the heads and takes it from the partners.
     ///
     /// # Safety
@@ -358,23 +366,20 @@ impl<const N: usize> Noise<N> {
         self.names[1][lane..lane + LANES].copy_from_slice(&others);
     }
 
-    /// Takes the ids of one pair.
+    /// Takes the ids of pairs of slots.
     #[inline(always)]
-    pub(super) fn name_one(&mut self, ids: [u64; 2], lane: usize) {
-        [self.names[0][lane], self.names[1][lane]] = ids;
+    pub(super) fn name_pairs(&mut self, slots: &[[u32; 2]; ROOM], count: usize, ids: &[u64]) {
+        for lane in 0..count.min(ROOM) {
+            for (names, slot) in self.names.iter_mut().zip(slots[lane]) {
+                // SAFETY: lanes in use hold slots of particles.
+                names[lane] = unsafe { *ids.get_unchecked(slot as usize) };
+            }
+        }
     }
 
-    /// Draws so many variates for each pair: those of (i, j) are those of (j, i), with the other sign
-    /// if they are `signed`.
+    /// Counters of the pairs and the sign of the order of their ids.
     #[inline(always)]
-    pub(super) fn draw<V: Variate, A: Arithmetic>(
-        &mut self,
-        key: &SweepKey,
-        count: usize,
-        variates: usize,
-        signed: bool,
-    ) {
-        let count = whole(count);
+    fn count(&mut self, count: usize, signed: bool) {
         let [low, high] = &mut self.names;
         let mut all = 0;
         for lane in 0..count {
@@ -392,12 +397,58 @@ impl<const N: usize> Noise<N> {
                 [low[lane], high[lane]] = pair_counter(low[lane], high[lane]);
             }
         }
+    }
+
+    /// The words of a lane, once the pairs are counted.
+    #[inline(always)]
+    fn words(&self, key: &SweepKey, lane: usize) -> [u64; 4] {
+        let [low, high] = [self.names[0][lane], self.names[1][lane]];
+        philox4x32_lanes([low, high, key.tail[0], key.tail[1]], key.key)
+    }
+
+    /// Draws so many variates for each pair: those of (i, j) are those of (j, i), with the other sign
+    /// if they are `signed`.
+    #[inline(always)]
+    pub(super) fn draw<V: Variate, A: Arithmetic>(
+        &mut self,
+        key: &SweepKey,
+        count: usize,
+        variates: usize,
+        signed: bool,
+    ) {
+        let count = whole(count);
+        self.count(count, signed);
         for lane in 0..count {
-            let counter = [low[lane], high[lane], key.tail[0], key.tail[1]];
-            let words = philox4x32_lanes(counter, key.key);
+            let words = self.words(key, lane);
             let xi = V::draw::<A>(words, self.sign[lane], variates);
             for a in 0..variates.min(N) {
                 self.xi[a][lane] = xi[a];
+            }
+        }
+    }
+}
+
+impl Noise<4> {
+    /// Draws four variates for each pair, with the sign of the order of ids.
+    #[inline(always)]
+    pub(super) fn draw_four<V: Variate, A: Arithmetic>(&mut self, key: &SweepKey, count: usize) {
+        let count = whole(count);
+        self.count(count, true);
+        for lane in 0..count {
+            let xi = V::draw_four::<A>(self.words(key, lane));
+            for a in 0..4 {
+                self.xi[a][lane] = self.sign[lane] * xi[a];
+            }
+        }
+    }
+
+    /// Logarithms of two numbers in (0, 1) for each pair that has been drawn for.
+    #[inline(always)]
+    pub(super) fn logarithms(&self, key: &SweepKey, count: usize, chance: &mut [[f64; ROOM]; 2]) {
+        for lane in 0..whole(count) {
+            let words = self.words(key, lane);
+            for n in 0..2 {
+                chance[n][lane] = ln(unit_interval(words[n]));
             }
         }
     }

@@ -6,31 +6,31 @@
 
 use std::marker::PhantomData;
 
+use super::couples::{Couples, Rest};
 use super::heat_tally::{Given, HeatMoment, HeatSums, HeatTally};
 use super::pair_state::Energies;
+use super::rows::{Noise, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wall_thermal::WallRounds;
-use super::{CHUNK, Direction, Shared, Task, Wide, for_each_block, padded, run_wide};
+use super::{CHUNK, Direction, Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
 use crate::physics::{
     Ends, Exchanges, FrictionDecay, HeatDecay, ThermalExchange, friction_odds, heat_odds,
 };
-use crate::random::{
-    Arithmetic, SweepKey, Variate, ln, pair_counter, philox4x32_lanes, unit_interval,
-};
+use crate::random::{Arithmetic, SweepKey, Variate};
 use crate::state::Particles;
 use crate::thermal::Thermal;
 use crate::wall::Walls;
 
 /// F of the squared distances of a chunk: the kernel enters this sweep as a function, not as a type,
 /// which keeps the number of loops to compile small.
-pub type Slopes = fn(&[f64; CHUNK], &mut [f64; CHUNK]);
+pub type Slopes = fn(&[f64], &mut [f64]);
 
 struct SlopeTask<'a, K, const D: usize> {
-    r2: &'a [f64; CHUNK],
-    slope: &'a mut [f64; CHUNK],
+    r2: &'a [f64],
+    slope: &'a mut [f64],
     kernel: PhantomData<K>,
 }
 
@@ -45,7 +45,7 @@ impl<K: Kernel, const D: usize> Task for SlopeTask<'_, K, D> {
 }
 
 /// The `Slopes` of a kernel.
-pub fn slopes<K: Kernel, const D: usize>(r2: &[f64; CHUNK], slope: &mut [f64; CHUNK]) {
+pub fn slopes<K: Kernel, const D: usize>(r2: &[f64], slope: &mut [f64]) {
     run_wide(SlopeTask::<K, D> {
         r2,
         slope,
@@ -53,26 +53,22 @@ pub fn slopes<K: Kernel, const D: usize>(r2: &[f64; CHUNK], slope: &mut [f64; CH
     });
 }
 
-/// The arrays of one chunk: pairs within the support, in the order of the sweep.
+/// The arrays of one chunk.
 #[repr(align(64))]
 struct Lanes {
-    slots: [[u32; 2]; CHUNK],
-    r: [[f64; CHUNK]; 3],
-    r2: [f64; CHUNK],
-    inverse_r2: [f64; CHUNK],
-    weight: [f64; CHUNK],
+    pairs: Couples,
+    inverse_r2: [f64; ROOM],
     /// Factors of eta and kappa at the start of the sweep, then the weights with them.
-    early: [[f64; CHUNK]; 2],
-    low: [u64; CHUNK],
-    high: [u64; CHUNK],
-    sign: [f64; CHUNK],
-    friction: [[f64; CHUNK]; 2],
-    heat: [[f64; CHUNK]; 3],
-    /// Normal variates, and where the momentum exchanged is kept for the tally.
-    xi: [[f64; CHUNK]; 4],
-    change: [[f64; CHUNK]; 3],
+    early: [[f64; ROOM]; 2],
+    friction: [[f64; ROOM]; 2],
+    heat: [[f64; ROOM]; 3],
+    noise: Noise<4>,
+    /// r.xi/r^2.
+    projected: [f64; ROOM],
+    /// Momentum exchanged, for the tally.
+    change: [[f64; ROOM]; 3],
     /// Logarithms of the numbers that decide about acceptance.
-    chance: [[f64; CHUNK]; 2],
+    chance: [[f64; ROOM]; 2],
 }
 
 struct ThermalTask<'a, X, V, const D: usize> {
@@ -113,107 +109,78 @@ fn accepts(chance: f64, ratio: f64) -> bool {
 }
 
 impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
-    /// Puts the pairs within the support into lanes, in the order of the sweep.
     #[inline(always)]
-    fn gather<'p>(
-        &self,
-        lanes: &mut Lanes,
-        first: usize,
-        pairs: impl Iterator<Item = &'p [u16; 2]>,
-    ) -> usize {
-        let slots = &self.block.slots[..];
-        let mut at = first;
-        for pair in pairs {
-            let [i, j] = pair.map(|place| slots[place as usize]);
-            let (a, b) = (&self.position[i as usize], &self.position[j as usize]);
-            let r = self
-                .cell
-                .nearest::<D>([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
-            let mut r2 = r[0] * r[0] + r[1] * r[1];
-            if D == 3 {
-                r2 += r[2] * r[2];
-            }
-            // Callers leave room for all pairs; the mask only tells the compiler so.
-            let lane = at & (CHUNK - 1);
-            lanes.slots[lane] = [i, j];
-            for axis in 0..D {
-                lanes.r[axis][lane] = r[axis];
-            }
-            lanes.r2[lane] = r2;
-            lanes.weight[lane] = a[3] * b[3];
-            if X::VARIABLE {
+    fn gather<W: Wide>(&self, lanes: &mut Lanes, rest: &mut Rest<'_>) {
+        let pairs = &mut lanes.pairs;
+        pairs.fill::<W, D>(self.block, self.cell, self.position, rest);
+        if X::VARIABLE {
+            for (k, &[i, j]) in pairs.slots.iter().enumerate().take(pairs.count) {
                 let (f, g) = (&self.factors[i as usize], &self.factors[j as usize]);
                 for n in 0..2 {
-                    lanes.early[n][lane] = 0.5 * (f[n] + g[n]);
+                    lanes.early[n][k] = 0.5 * (f[n] + g[n]);
                 }
             }
-            if V::ON {
-                let (p, q) = (self.id[i as usize], self.id[j as usize]);
-                [lanes.low[lane], lanes.high[lane]] = pair_counter(p, q);
-                lanes.sign[lane] = if p < q { 1.0 } else { -1.0 };
-            }
-            at += usize::from(r2 < 1.0);
         }
-        at
+        if V::ON {
+            lanes.noise.name_pairs(&pairs.slots, pairs.count, self.id);
+        }
     }
 
     #[inline(always)]
-    fn compute<A: Arithmetic>(&self, lanes: &mut Lanes, count: usize) {
+    fn compute<A: Arithmetic>(&self, lanes: &mut Lanes) {
+        let count = whole(lanes.pairs.count);
         if V::ON {
-            for k in 0..padded(count) {
-                let [low, high] = [lanes.low[k], lanes.high[k]];
-                let counter = [low, high, self.key.tail[0], self.key.tail[1]];
-                let xi = V::draw_four::<A>(philox4x32_lanes(counter, self.key.key));
-                for (lane, x) in lanes.xi.iter_mut().zip(xi) {
-                    lane[k] = lanes.sign[k] * x;
-                }
-            }
+            lanes.noise.draw_four::<V, A>(&self.key, count);
         }
         if X::METROPOLIS {
-            for k in 0..padded(count) {
-                let tail = self.chances.tail;
-                let counter = [lanes.low[k], lanes.high[k], tail[0], tail[1]];
-                let words = philox4x32_lanes(counter, self.chances.key);
-                for n in 0..2 {
-                    lanes.chance[n][k] = ln(unit_interval(words[n]));
+            lanes
+                .noise
+                .logarithms(&self.chances, count, &mut lanes.chance);
+        }
+        let mut slope = [0.0; ROOM];
+        (self.slopes)(&lanes.pairs.r2[..count], &mut slope[..count]);
+        for k in 0..count {
+            let weight = lanes.pairs.weight[k];
+            let r2 = lanes.pairs.r2[k];
+            lanes.inverse_r2[k] = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
+            lanes.pairs.weight[k] = slope[k] * (weight * weight);
+        }
+        if X::FRICTION && V::ON {
+            for k in 0..count {
+                let mut projected = 0.0;
+                for a in 0..D {
+                    projected += lanes.pairs.r[a][k] * lanes.noise.xi[a][k];
                 }
+                lanes.projected[k] = lanes.inverse_r2[k] * projected;
             }
         }
-        let mut slope = [0.0; CHUNK];
-        (self.slopes)(&lanes.r2, &mut slope);
-        for k in 0..padded(count) {
-            let weight = lanes.weight[k];
-            let r2 = lanes.r2[k];
-            lanes.inverse_r2[k] = 1.0 / if r2 > 1e-60 { r2 } else { 1e-60 };
-            lanes.weight[k] = slope[k] * (weight * weight);
-        }
         if X::VARIABLE {
-            for k in 0..padded(count) {
+            for k in 0..count {
                 for n in 0..2 {
-                    lanes.early[n][k] *= lanes.weight[k];
+                    lanes.early[n][k] *= lanes.pairs.weight[k];
                 }
             }
         }
         if X::FRICTION {
-            for k in 0..padded(count) {
+            for k in 0..count {
                 let weight = if X::VARIABLE {
                     lanes.early[0][k]
                 } else {
-                    lanes.weight[k]
+                    lanes.pairs.weight[k]
                 };
-                let d = self.exchange.friction::<X>(weight, V::ON);
+                let d = self.exchange.friction::<X, A>(weight, V::ON);
                 lanes.friction[0][k] = d.across;
                 lanes.friction[1][k] = d.along;
             }
         }
         if X::CONDUCTION && X::VARIABLE {
-            for k in 0..padded(count) {
-                lanes.heat[0][k] = self.exchange.heat_early(lanes.early[1][k]);
+            for k in 0..count {
+                lanes.heat[0][k] = self.exchange.heat_early::<A>(lanes.early[1][k]);
             }
         }
         if X::CONDUCTION && !X::VARIABLE {
-            for k in 0..padded(count) {
-                let d = self.exchange.heat(lanes.weight[k], V::ON);
+            for k in 0..count {
+                let d = self.exchange.heat::<A>(lanes.pairs.weight[k], V::ON);
                 lanes.heat[0][k] = d.heat;
                 lanes.heat[1][k] = d.spread;
                 lanes.heat[2][k] = d.loss;
@@ -224,9 +191,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
     /// The weight of a pair's friction with the factor of eta.
     #[inline(always)]
     fn friction_weight(&self, lanes: &Lanes, k: usize, e: [f64; 2], square: f64) -> f64 {
-        let g = lanes.weight[k];
+        let g = lanes.pairs.weight[k];
         if X::VARIABLE {
-            let slots = lanes.slots[k];
+            let slots = lanes.pairs.slots[k];
             g * self.energies.viscous_factor::<X>(slots, e, square, V::ON)
         } else {
             g
@@ -234,24 +201,34 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
     }
 
     #[inline(always)]
-    fn friction_decay(&self, lanes: &Lanes, k: usize, g: f64, ends: &Ends) -> FrictionDecay {
+    fn friction_decay<A: Arithmetic>(
+        &self,
+        lanes: &Lanes,
+        k: usize,
+        g: f64,
+        ends: &Ends,
+    ) -> FrictionDecay {
         let decay = FrictionDecay {
             across: lanes.friction[0][k],
             along: lanes.friction[1][k],
         };
         if X::VARIABLE {
             let early = lanes.early[0][k];
-            return self.exchange.at_weight::<X>(decay, early, g, ends, V::ON);
+            return self
+                .exchange
+                .at_weight::<X, A>(decay, early, g, ends, V::ON);
         }
-        self.exchange.at_energies::<X>(decay, g, ends, V::ON)
+        self.exchange.at_energies::<X, A>(decay, g, ends, V::ON)
     }
 
     /// The weight of a pair's conduction with the factor of kappa.
     #[inline(always)]
     fn heat_weight(&self, lanes: &Lanes, k: usize, e: [f64; 2]) -> f64 {
-        let g = lanes.weight[k];
+        let g = lanes.pairs.weight[k];
         if X::VARIABLE {
-            g * self.energies.conductive_factor::<X>(lanes.slots[k], e)
+            g * self
+                .energies
+                .conductive_factor::<X>(lanes.pairs.slots[k], e)
         } else {
             g
         }
@@ -271,8 +248,8 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
     }
 
     #[inline(always)]
-    fn friction(&self, lanes: &Lanes, k: usize, change: &mut Change) {
-        let [i, j] = lanes.slots[k];
+    fn friction<A: Arithmetic>(&self, lanes: &Lanes, k: usize, change: &mut Change) {
+        let [i, j] = lanes.pairs.slots[k];
         // SAFETY: blocks of one colour share no particle, and i != j.
         let (v, w, ei, ej) = unsafe {
             (
@@ -286,32 +263,29 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         let (mut u, mut approach, mut square) = ([0.0; 3], 0.0, 0.0);
         for a in 0..D {
             u[a] = v[a] - w[a];
-            approach += lanes.r[a][k] * u[a];
-            square += u[a] * u[a];
+            approach = A::fused(lanes.pairs.r[a][k], u[a], approach);
+            square = A::fused(u[a], u[a], square);
         }
         let ends = self.energies.ends::<X>([i, j], e);
         let g = self.friction_weight(lanes, k, e, square);
-        let d = self.friction_decay(lanes, k, g, &ends);
+        let d = self.friction_decay::<A>(lanes, k, g, &ends);
         let inverse = lanes.inverse_r2[k];
+        let half_across = 0.5 * d.across;
         let along = 0.5 * (d.along - d.across) * inverse * approach;
         let (mut strength, mut excess) = (0.0, 0.0);
         if V::ON {
-            let width = 0.5 * ends.width::<X>();
-            let root = |m: f64| (-m * (2.0 + m)).sqrt();
-            let [spread_across, spread_along] = [root(d.across), root(d.along)];
-            strength = width * spread_across;
-            let mut projected = 0.0;
-            for a in 0..D {
-                projected += lanes.r[a][k] * lanes.xi[a][k];
-            }
-            excess = width * (spread_along - spread_across) * inverse * projected;
+            let square = 0.25 * ends.square_width::<X>();
+            let spread = |m: f64| (square * (-m * (2.0 + m))).sqrt();
+            strength = spread(d.across);
+            excess = (spread(d.along) - strength) * lanes.projected[k];
         }
         let (mut dv, mut work) = ([0.0; 3], 0.0);
         for a in 0..D {
-            let random = strength * lanes.xi[a][k] + excess * lanes.r[a][k];
-            dv[a] = 0.5 * d.across * u[a] + along * lanes.r[a][k] + random;
+            let (r, xi) = (lanes.pairs.r[a][k], lanes.noise.xi[a][k]);
+            let random = A::fused(strength, xi, excess * r);
+            dv[a] = A::fused(half_across, u[a], A::fused(along, r, random));
             change.random[a] = random;
-            work += dv[a] * (u[a] + dv[a]);
+            work = A::fused(dv[a], u[a] + dv[a], work);
         }
         if X::HEATING {
             // Half of the kinetic energy lost goes to each.
@@ -324,7 +298,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             if X::METROPOLIS {
                 let after = [e[0] + gain, e[1] + gain];
                 let then = self.energies.ends::<X>([i, j], after);
-                let axis = [0, 1, 2].map(|a| lanes.r[a][k] * inverse.sqrt());
+                let axis = [0, 1, 2].map(|a| lanes.pairs.r[a][k] * inverse.sqrt());
                 let moved = [0, 1, 2].map(|a| u[a] + 2.0 * dv[a]);
                 let back = self.exchange.at_ends::<X>(d, g, [&ends, &then]);
                 let proposals = [(d, ends.width::<X>()), (back, then.width::<X>())];
@@ -351,14 +325,14 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
 
     #[inline(always)]
     fn conduction(&self, lanes: &Lanes, k: usize, change: &mut Change) {
-        let [i, j] = lanes.slots[k];
+        let [i, j] = lanes.pairs.slots[k];
         // SAFETY: blocks of one colour share no particle, and i != j.
         let (ei, ej) = unsafe { (self.energies.heat.slot(i), self.energies.heat.slot(j)) };
         let e = [*ei, *ej];
         let ends = self.energies.ends::<X>([i, j], e);
         let g = self.heat_weight(lanes, k, e);
         let d = self.heat_decay(lanes, k, g, &ends);
-        let gain = ends.conduct(&d, lanes.xi[3][k], V::ON);
+        let gain = ends.conduct(&d, lanes.noise.xi[3][k], V::ON);
         let after = [e[0] + gain, e[1] - gain];
         if !(after[0] > 0.0 && after[1] > 0.0) {
             change.refused += 1;
@@ -383,7 +357,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
 
     /// One pair.
     #[inline(always)]
-    fn update(&self, lanes: &Lanes, k: usize) -> Change {
+    fn update<A: Arithmetic>(&self, lanes: &Lanes, k: usize) -> Change {
         let mut change = Change {
             momentum: [0.0; 3],
             random: [0.0; 3],
@@ -394,7 +368,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             self.conduction(lanes, k, &mut change);
         }
         if X::FRICTION {
-            self.friction(lanes, k, &mut change);
+            self.friction::<A>(lanes, k, &mut change);
         }
         if X::CONDUCTION && self.direction == Direction::Forward {
             self.conduction(lanes, k, &mut change);
@@ -402,33 +376,23 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         change
     }
 
-    /// One chunk after the other: `next(n)` gives the next at most n pairs.
+    /// One chunk after the other.
     #[inline(always)]
-    fn sweep<'p, A: Arithmetic, I: ExactSizeIterator<Item = &'p [u16; 2]>>(
-        &self,
-        lanes: &mut Lanes,
-        mut next: impl FnMut(usize) -> I,
-    ) {
+    fn sweep<W: Wide>(&self, lanes: &mut Lanes, mut rest: Rest<'_>) {
         let mut virial = self.tally.map(Virial::new);
         let mut handed = self.current.map(|_| HeatMoment::default());
         let mut refused = 0;
-        loop {
-            let (mut count, mut finished) = (0, false);
-            while CHUNK - count >= 16 && !finished {
-                let pairs = next(CHUNK - count);
-                finished = pairs.len() < CHUNK - count;
-                count = self.gather(lanes, count, pairs);
-            }
-            self.compute::<A>(lanes, count);
+        while !rest.is_empty() {
+            self.gather::<W>(lanes, &mut rest);
+            self.compute::<W::Arithmetic>(lanes);
+            let count = lanes.pairs.count.min(CHUNK);
             if virial.is_none() && handed.is_none() {
                 for k in 0..count {
-                    refused += self.update(lanes, k).refused;
+                    refused += self.update::<W::Arithmetic>(lanes, k).refused;
                 }
             } else {
-                refused += self.update_and_add(lanes, count, &mut virial, &mut handed);
-            }
-            if finished {
-                break;
+                refused +=
+                    self.update_and_add::<W::Arithmetic>(lanes, count, &mut virial, &mut handed);
             }
         }
         // SAFETY: this block's own number.
@@ -444,7 +408,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
     }
 
     #[inline(always)]
-    fn update_and_add(
+    fn update_and_add<A: Arithmetic>(
         &self,
         lanes: &mut Lanes,
         count: usize,
@@ -453,10 +417,14 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
     ) -> u64 {
         let mut refused = 0;
         for k in 0..count {
-            let change = self.update(lanes, k);
+            let change = self.update::<A>(lanes, k);
             refused += change.refused;
             if let Some(handed) = handed {
-                let r = [lanes.r[0][k], lanes.r[1][k], lanes.r[2][k]];
+                let r = [
+                    lanes.pairs.r[0][k],
+                    lanes.pairs.r[1][k],
+                    lanes.pairs.r[2][k],
+                ];
                 handed.exchange::<D>(r, &change.energy);
             }
             for a in 0..D {
@@ -475,9 +443,9 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             Some(Virial {
                 sum,
                 parts: Some(parts),
-            }) => parts.add_to::<D, CHUNK>(sum, &lanes.r, count),
+            }) => parts.add_to::<D, ROOM>(sum, &lanes.pairs.r, count),
             Some(Virial { sum, parts: None }) => {
-                add_outer::<D, CHUNK, CHUNK>(&mut sum[1], &lanes.r, &mut lanes.change, count);
+                add_outer::<D, ROOM, ROOM>(&mut sum[1], &lanes.pairs.r, &mut lanes.change, count);
             }
             None => {}
         }
@@ -489,38 +457,20 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ThermalTask<'_, X, V, D>
     type Output = ();
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let zero = [0.0; CHUNK];
+        let zero = [0.0; ROOM];
         let mut lanes = Lanes {
-            slots: [[0; 2]; CHUNK],
-            r: [zero; 3],
-            r2: zero,
+            pairs: Couples::new(),
             inverse_r2: zero,
-            weight: zero,
             early: [zero; 2],
-            low: [0; CHUNK],
-            high: [0; CHUNK],
-            sign: zero,
             friction: [zero; 2],
             heat: [zero; 3],
-            xi: [zero; 4],
+            noise: Noise::new(),
+            projected: zero,
             change: [zero; 3],
             chance: [zero; 2],
         };
-        let rounds = &self.block.rounds;
-        let mut rest =
-            &self.block.shuffled[rounds[self.round] as usize..rounds[self.round + 1] as usize];
-        match self.direction {
-            Direction::Forward => self.sweep::<W::Arithmetic, _>(&mut lanes, |n| {
-                let (now, later) = rest.split_at(n.min(rest.len()));
-                rest = later;
-                now.iter()
-            }),
-            Direction::Backward => self.sweep::<W::Arithmetic, _>(&mut lanes, |n| {
-                let (later, now) = rest.split_at(rest.len() - n.min(rest.len()));
-                rest = later;
-                now.iter().rev()
-            }),
-        }
+        let rest = Rest::of(self.block, self.round, self.direction);
+        self.sweep::<W>(&mut lanes, rest);
     }
 }
 

@@ -280,7 +280,7 @@ impl<X: Exchanges, V: Variate, const D: usize> WallTask<'_, X, V, D> {
         let decay = if X::GENERAL {
             self.exchange.heat_at(g, &ends, V::ON)
         } else {
-            self.exchange.heat(g, V::ON)
+            self.exchange.heat::<Plain>(g, V::ON)
         };
         ends.conduct(&decay, sign * xi, V::ON)
     }

@@ -4,15 +4,20 @@
 
 use std::marker::PhantomData;
 
+use super::density::know_near;
 use super::heat_tally::{Flow, HeatMoment, HeatSums, HeatTally};
-use super::{CHUNK, Shared, Task, Walk, Wide, for_each_block, run_wide};
+use super::rows::{Companion, Pairs, ROOM, whole};
+use super::wide::LANES;
+use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{BlockList, Grid, PairList};
+use crate::neighbor::{BlockList, Grid, PairList, Rows};
+use crate::random::inverse_root_with;
 use crate::state::Particles;
 
 struct WorkTask<'a, K, const D: usize> {
     block: &'a BlockList,
+    near: &'a Rows,
     cell: &'a PeriodicBox,
     position: &'a [[f64; 4]],
     velocity: &'a [[f64; 4]],
@@ -23,26 +28,47 @@ struct WorkTask<'a, K, const D: usize> {
     kernel: PhantomData<K>,
 }
 
+/// Relative mean velocities.
+struct Approach<'a, W> {
+    mean: &'a [[f64; 4]],
+    head: [W; 4],
+    u: &'a mut [[f64; ROOM]; 3],
+}
+
+impl<W: Wide> Companion<W> for Approach<'_, W> {
+    #[inline(always)]
+    fn begin(&mut self, head: u32) {
+        let [x, y, z, _] = self.mean[head as usize];
+        self.head = [W::splat(x), W::splat(y), W::splat(z), W::splat(0.0)];
+    }
+
+    #[inline(always)]
+    unsafe fn take(&mut self, slots: &[u32; LANES], lane: usize) {
+        // SAFETY: promised by the caller.
+        unsafe {
+            let other = W::columns(self.mean.as_ptr(), slots);
+            for a in 0..3 {
+                let u = self.head[a].minus(other[a]);
+                u.store(self.u[a].as_mut_ptr().add(lane));
+            }
+        }
+    }
+}
+
 impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
     /// r_ij F r_ij.(A_j u_i + A_i u_j), summed over the pairs of a chunk with the given F.
-    fn hand_over(&self, mut walk: Walk, slope: &[f64; CHUNK], sum: &mut Flow) {
-        let slots = &self.block.slots[..];
-        walk.next_pairs(self.block, CHUNK, |head, lane, partners| {
-            let i = head as usize;
-            for (k, &place) in partners.iter().enumerate() {
-                let j = slots[place as usize] as usize;
-                let [p, q] = [i, j].map(|slot| &self.position[slot]);
+    fn hand_over(&self, pairs: &Pairs, slope: &[f64; ROOM], sum: &mut Flow) {
+        pairs.for_each_row(|head, begin, end| {
+            for lane in begin..end {
+                let (i, j) = (head as usize, pairs.other(lane) as usize);
                 let [u, w] = [i, j].map(|slot| &self.mean[slot]);
                 let [a_i, a_j] = [i, j].map(|slot| self.velocity[slot][3]);
-                let r = self
-                    .cell
-                    .nearest::<D>([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
                 let mut power = 0.0;
                 for a in 0..D {
-                    power += r[a] * (a_j * u[a] + a_i * w[a]);
+                    power += pairs.r[a][lane] * (a_j * u[a] + a_i * w[a]);
                 }
                 for a in 0..D {
-                    sum[a] += r[a] * slope[lane + k] * power;
+                    sum[a] += pairs.r[a][lane] * slope[lane] * power;
                 }
             }
         });
@@ -51,55 +77,41 @@ impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
 
 impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
     type Output = ();
+
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let slots = &self.block.slots[..];
-        let mut walk = Walk::default();
-        let mut r2 = [0.0; CHUNK];
-        let (mut approach, mut slope) = ([0.0; CHUNK], [0.0; CHUNK]);
+        let (mut pairs, mut walk) = (Pairs::new(), Walk::default());
+        let mut u = [[0.0; ROOM]; 3];
+        let (mut approach, mut slope) = ([0.0; ROOM], [0.0; ROOM]);
         let mut handed = HeatMoment::default();
-        loop {
-            let mut back = walk;
-            let count = walk.next_pairs(self.block, CHUNK, |head, lane, partners| {
-                let (i, u) = (self.position[head as usize], self.mean[head as usize]);
-                for (k, &place) in partners.iter().enumerate() {
-                    let other = slots[place as usize] as usize;
-                    // SAFETY: list entries lead to slots of particles.
-                    let (j, w) = unsafe {
-                        (
-                            self.position.get_unchecked(other),
-                            self.mean.get_unchecked(other),
-                        )
-                    };
-                    let r = self
-                        .cell
-                        .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
-                    let (mut square, mut along) = (0.0, 0.0);
-                    for a in 0..D {
-                        square += r[a] * r[a];
-                        along += r[a] * (u[a] - w[a]);
-                    }
-                    r2[lane + k] = square;
-                    approach[lane + k] = along;
+        let near = (self.near, &self.block.slots[..]);
+        while !walk.at_end(&self.near.ends) {
+            let mut companion = Approach::<W> {
+                mean: self.mean,
+                head: [W::splat(0.0); 4],
+                u: &mut u,
+            };
+            pairs.fill::<W, D>(near, self.cell, self.position, &mut walk, &mut companion);
+            for k in 0..whole(pairs.count) {
+                let r2 = pairs.r2[k];
+                let inverse =
+                    inverse_root_with::<W::Arithmetic>(if r2 > 1e-30 { r2 } else { 1e-30 });
+                let mut along = 0.0;
+                for a in 0..D {
+                    along += pairs.r[a][k] * u[a][k];
                 }
-            });
-            if count == 0 {
-                break;
-            }
-            for k in 0..CHUNK {
-                slope[k] = K::f::<D>(r2[k].sqrt());
-                approach[k] *= slope[k];
+                slope[k] = K::f::<D>(r2 * inverse);
+                approach[k] = slope[k] * along;
             }
             if self.current.is_some() {
-                self.hand_over(back, &slope, handed.pressure());
+                self.hand_over(&pairs, &slope, handed.pressure());
             }
-            back.next_pairs(self.block, CHUNK, |head, lane, partners| {
+            pairs.for_each_row(|head, begin, end| {
                 let mut sum = 0.0;
-                for (k, &place) in partners.iter().enumerate() {
-                    let other = slots[place as usize];
-                    sum += approach[lane + k];
+                for lane in begin..end {
+                    sum += approach[lane];
                     // SAFETY: blocks of one colour share no particle, and other != head.
-                    unsafe { *self.work.slot(other) += approach[lane + k] };
+                    unsafe { *self.work.slot(pairs.other(lane)) += approach[lane] };
                 }
                 // SAFETY: as above.
                 unsafe { *self.work.slot(head) += sum };
@@ -118,10 +130,11 @@ pub fn pair_work<K: Kernel, const D: usize>(
     particles: &mut Particles,
     work: usize,
     grid: &Grid,
-    list: &PairList,
+    list: &mut PairList,
     cell: &PeriodicBox,
     current: Option<&mut HeatTally>,
 ) {
+    know_near::<K, D>(particles, grid, list, cell);
     let current = current.map(|it| {
         it.begin();
         it.sums()
@@ -134,6 +147,7 @@ pub fn pair_work<K: Kernel, const D: usize>(
     for_each_block(grid, &list.blocks, false, &|number, block| {
         run_wide(WorkTask::<K, D> {
             block,
+            near: &list.near[number as usize],
             cell,
             position,
             velocity,

@@ -1,7 +1,7 @@
 //! One pair: the decay of its relative velocity and of the difference of its energies.
 
 use super::{Exchanges, ThermalExchange};
-use crate::random::expm1_negative;
+use crate::random::{Arithmetic, Plain, expm1_negative, expm1_negative_with};
 
 /// Two particles as their exchange sees them: energies k T with one heat capacity k for both.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,13 +72,19 @@ impl Ends {
     /// sqrt(s2), the width of u.
     #[inline(always)]
     pub fn width<X: Exchanges>(&self) -> f64 {
+        self.square_width::<X>().sqrt()
+    }
+
+    /// s2.
+    #[inline(always)]
+    pub fn square_width<X: Exchanges>(&self) -> f64 {
         let (sum, product) = (self.e[0] + self.e[1], self.e[0] * self.e[1]);
         let reduced = if X::HEATING {
             self.capacity * sum * sum - 2.0 * product
         } else {
             self.capacity * sum * sum
         };
-        (4.0 * product * sum / reduced).sqrt()
+        4.0 * product * sum / reduced
     }
 
     /// What conduction adds to the first energy and takes from the second: mean and variance.
@@ -111,17 +117,20 @@ const SMALL: f64 = 0.03;
 
 /// exp(-x) - 1 for |x| < SMALL.
 #[inline(always)]
-fn expm1_series(x: f64) -> f64 {
-    let series =
-        1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0))));
-    -x * series
+fn expm1_series<A: Arithmetic>(x: f64) -> f64 {
+    // In pairs of terms: none waits for more than two others.
+    let square = x * x;
+    let low = A::fused(-0.5, x, 1.0);
+    let middle = A::fused(-1.0 / 24.0, x, 1.0 / 6.0);
+    let high = A::fused(-1.0 / 720.0, x, 1.0 / 120.0);
+    -x * A::fused(square, A::fused(square, high, middle), low)
 }
 
 /// exp(-x) - 1 for x >= 0 that is small nearly always.
 #[inline(always)]
 fn expm1_small(x: f64) -> f64 {
     if x < SMALL {
-        expm1_series(x)
+        expm1_series::<Plain>(x)
     } else {
         expm1_negative(x)
     }
@@ -129,9 +138,9 @@ fn expm1_small(x: f64) -> f64 {
 
 /// exp(-whole) - 1 from exp(-(whole - more)) - 1, where `more` is small nearly always, of any sign.
 #[inline(always)]
-fn further(decay: f64, more: f64, whole: f64) -> f64 {
+fn further<A: Arithmetic>(decay: f64, more: f64, whole: f64) -> f64 {
     if more.abs() < SMALL {
-        decay + (1.0 + decay) * expm1_series(more)
+        A::fused(1.0 + decay, expm1_series::<A>(more), decay)
     } else {
         expm1_negative(whole)
     }
@@ -147,18 +156,18 @@ impl ThermalExchange {
     /// Decay by friction of a pair of weight g at equal temperatures, where c is 1/(2 k): all that
     /// may be computed before the energies are known.
     #[inline(always)]
-    pub fn friction<X: Exchanges>(&self, g: f64, noise: bool) -> FrictionDecay {
+    pub fn friction<X: Exchanges, A: Arithmetic>(&self, g: f64, noise: bool) -> FrictionDecay {
         let weight = if noise && X::HEATING {
             g * (1.0 - 0.5 * self.constant.inverse_capacity)
         } else {
             g
         };
-        self.relaxed(weight)
+        self.relaxed::<A>(weight)
     }
 
     /// The same at the present energies: c = (1 - y^2)/(2 k) is smaller where they differ.
     #[inline(always)]
-    pub fn at_energies<X: Exchanges>(
+    pub fn at_energies<X: Exchanges, A: Arithmetic>(
         &self,
         decay: FrictionDecay,
         g: f64,
@@ -169,12 +178,12 @@ impl ThermalExchange {
             return decay;
         }
         let more = 0.5 * ends.inverse_capacity * ends.spread_of() * g;
-        self.relaxed_further(decay, more, g * (1.0 - ends.share()))
+        self.relaxed_further::<A>(decay, more, g * (1.0 - ends.share()))
     }
 
     /// The same for a weight that has become `g` since: `early` is that of the decay.
     #[inline(always)]
-    pub fn at_weight<X: Exchanges>(
+    pub fn at_weight<X: Exchanges, A: Arithmetic>(
         &self,
         decay: FrictionDecay,
         early: f64,
@@ -187,16 +196,16 @@ impl ThermalExchange {
             more += 0.5 * self.constant.inverse_capacity * early - ends.share() * g;
             whole -= ends.share() * g;
         }
-        self.relaxed_further(decay, more, whole)
+        self.relaxed_further::<A>(decay, more, whole)
     }
 
     /// Decay by friction of a pair at its present energies, from scratch.
     #[cfg(test)]
     pub fn friction_at<X: Exchanges>(&self, g: f64, ends: &Ends, noise: bool) -> FrictionDecay {
         if noise && X::HEATING {
-            self.relaxed(g * (1.0 - ends.share()))
+            self.relaxed::<Plain>(g * (1.0 - ends.share()))
         } else {
-            self.relaxed(g)
+            self.relaxed::<Plain>(g)
         }
     }
 
@@ -210,23 +219,28 @@ impl ThermalExchange {
     ) -> FrictionDecay {
         if X::HEATING {
             let more = (ends.share() - then.share()) * g;
-            self.relaxed_further(decay, more, g * (1.0 - then.share()))
+            self.relaxed_further::<Plain>(decay, more, g * (1.0 - then.share()))
         } else {
             decay
         }
     }
 
     #[inline(always)]
-    fn relaxed(&self, weight: f64) -> FrictionDecay {
+    fn relaxed<A: Arithmetic>(&self, weight: f64) -> FrictionDecay {
         FrictionDecay {
-            across: expm1_negative(self.rate_across * weight),
-            along: expm1_negative(self.rate_along * weight),
+            across: expm1_negative_with::<A>(self.rate_across * weight),
+            along: expm1_negative_with::<A>(self.rate_along * weight),
         }
     }
 
     #[inline(always)]
-    fn relaxed_further(&self, decay: FrictionDecay, more: f64, whole: f64) -> FrictionDecay {
-        let further = |decay, rate: f64| further(decay, rate * more, rate * whole);
+    fn relaxed_further<A: Arithmetic>(
+        &self,
+        decay: FrictionDecay,
+        more: f64,
+        whole: f64,
+    ) -> FrictionDecay {
+        let further = |decay, rate: f64| further::<A>(decay, rate * more, rate * whole);
         FrictionDecay {
             across: further(decay.across, self.rate_across),
             along: further(decay.along, self.rate_along),
@@ -235,15 +249,15 @@ impl ThermalExchange {
 
     /// Decay by conduction with the constant heat capacity.
     #[inline(always)]
-    pub fn heat(&self, g: f64, noise: bool) -> HeatDecay {
-        self.heat_of(self.rate_heat * g, self.constant.inverse_capacity, noise)
+    pub fn heat<A: Arithmetic>(&self, g: f64, noise: bool) -> HeatDecay {
+        self.heat_of::<A>(self.rate_heat * g, self.constant.inverse_capacity, noise)
     }
 
     /// Decay by conduction of a weight over a heat capacity, all that may be computed before the
     /// energies are known: exp(-th) - 1.
     #[inline(always)]
-    pub fn heat_early(&self, g_over_capacity: f64) -> f64 {
-        expm1_negative(self.heat * g_over_capacity)
+    pub fn heat_early<A: Arithmetic>(&self, g_over_capacity: f64) -> f64 {
+        expm1_negative_with::<A>(self.heat * g_over_capacity)
     }
 
     /// The decay for a weight that has become `g` since: `early` is that of `heat_early`.
@@ -257,7 +271,7 @@ impl ThermalExchange {
         noise: bool,
     ) -> HeatDecay {
         let now = g * ends.inverse_capacity;
-        let heat = further(decay, self.heat * (now - early), self.heat * now);
+        let heat = further::<Plain>(decay, self.heat * (now - early), self.heat * now);
         let (mut spread, mut loss) = (0.0, 0.0);
         if noise {
             let kept = 1.0 + heat;
@@ -270,7 +284,7 @@ impl ThermalExchange {
     /// Decay by conduction at the heat capacity of the pair.
     #[inline(always)]
     pub fn heat_at(&self, g: f64, ends: &Ends, noise: bool) -> HeatDecay {
-        self.heat_of(
+        self.heat_of::<Plain>(
             self.heat * g * ends.inverse_capacity,
             ends.inverse_capacity,
             noise,
@@ -278,13 +292,13 @@ impl ThermalExchange {
     }
 
     #[inline(always)]
-    fn heat_of(&self, th: f64, inverse_capacity: f64, noise: bool) -> HeatDecay {
-        let heat = expm1_negative(th);
+    fn heat_of<A: Arithmetic>(&self, th: f64, inverse_capacity: f64, noise: bool) -> HeatDecay {
+        let heat = expm1_negative_with::<A>(th);
         let (mut spread, mut loss) = (0.0, 0.0);
         if noise {
-            spread = -expm1_negative(th * (2.0 + inverse_capacity));
             let kept = 1.0 + heat;
-            loss = kept * kept * expm1_negative(th * inverse_capacity);
+            loss = kept * kept * expm1_negative_with::<A>(th * inverse_capacity);
+            spread = -(heat * (2.0 + heat) + loss);
         }
         HeatDecay { heat, spread, loss }
     }

@@ -33,7 +33,7 @@ fn conduction_has_the_moments_of_its_equation() {
     let exchange = coefficients(k).exchange(0.05);
     let e = [7.0, 4.0];
     let g = 0.7;
-    let decays = exchange.heat(g, true);
+    let decays = exchange.heat::<Plain>(g, true);
     let [sum, x] = [e[0] + e[1], 0.5 * (e[0] - e[1])];
     // d<x^2>/dt = -2 th' <x^2> + 4 kappa g <Ti Tj>, Ti Tj = (M^2/4 - x^2)/k^2, th' per time;
     // the drift of x is -2 kappa g (2 x)/k.
@@ -56,7 +56,12 @@ fn conduction_has_the_moments_of_its_equation() {
     assert!((plus[0] + plus[1] - sum).abs() < 1e-14);
     // Nothing is left to one of them: the step is not made.
     assert_eq!(conduct(&exchange.ends([0.1; 2]), &decays, 50.0, true), None);
-    let silent = conduct(&exchange.ends(e), &exchange.heat(g, false), 0.0, false);
+    let silent = conduct(
+        &exchange.ends(e),
+        &exchange.heat::<Plain>(g, false),
+        0.0,
+        false,
+    );
     assert!(
         (0.5 * (silent.unwrap()[0] - silent.unwrap()[1]) - x * (-rate * 0.05_f64).exp()).abs()
             < 1e-12
@@ -77,8 +82,8 @@ fn a_pair_comes_to_its_equilibrium() {
         for step in 0..n {
             let words = SweepKey::new(5, Stream::PairExchange, step, 0).pair_words(0, 1);
             let xi = Gaussian::draw_four::<Plain>(words);
-            let decays = exchange.friction::<Full>(1.0, true);
-            let decays = exchange.at_energies::<Full>(decays, 1.0, &exchange.ends(e), true);
+            let decays = exchange.friction::<Full, Plain>(1.0, true);
+            let decays = exchange.at_energies::<Full, Plain>(decays, 1.0, &exchange.ends(e), true);
             let root = |m: f64| (-m * (2.0 + m)).sqrt();
             let width = exchange.ends(e).width::<Full>();
             let square = |u: [f64; 3]| u.iter().map(|x| x * x).sum::<f64>();
@@ -92,7 +97,7 @@ fn a_pair_comes_to_its_equilibrium() {
             if e[0] + gain > 0.0 && e[1] + gain > 0.0 {
                 (u, e) = (next, e.map(|x| x + gain));
             }
-            let decays = exchange.heat(1.0, true);
+            let decays = exchange.heat::<Plain>(1.0, true);
             e = conduct(&exchange.ends(e), &decays, xi[3], true).unwrap_or(e);
             first += e[0] / total;
             second += (e[0] / total).powi(2);
@@ -131,7 +136,7 @@ fn a_bath_brings_its_temperature() {
         }
         let gain = exchange.bath::<Full>(0.5, &exchange.ends([e[0]; 2]), t, Some(xi[1]), true);
         e[0] += if e[0] + gain > 0.0 { gain } else { 0.0 };
-        let decays = exchange.heat(1.0, true);
+        let decays = exchange.heat::<Plain>(1.0, true);
         e = conduct(&exchange.ends(e), &decays, xi[2], true).unwrap_or(e);
         let [a, b] = e.map(|x| x / (k * t) - 1.0);
         for (sum, value) in sums.iter_mut().zip([a, a * a, b, a * b]) {
@@ -145,7 +150,7 @@ fn a_bath_brings_its_temperature() {
     assert!(product.abs() < 0.006, "{sums:?}");
     let mut cold = [0.01 * k * t, 0.05 * k * t];
     for _ in 0..4000 {
-        let decays = exchange.heat(1.0, false);
+        let decays = exchange.heat::<Plain>(1.0, false);
         cold = conduct(&exchange.ends(cold), &decays, 0.0, false).unwrap();
         let gain = exchange.bath::<Full>(1.0, &exchange.ends(cold), t, None, false);
         cold = cold.map(|x| x + gain);
@@ -185,7 +190,7 @@ fn links_keep_energy_and_equilibrium() {
                 (u, e) = (next, e.map(|x| x + gain));
             }
             if !own {
-                let decays = exchange.heat(1.0, true);
+                let decays = exchange.heat::<Plain>(1.0, true);
                 e = conduct(&exchange.ends(e), &decays, xi[3], true).unwrap_or(e);
             }
             heat += e[0] / total / n as f64;
@@ -214,8 +219,8 @@ fn decays_brought_up_to_date_are_those_from_scratch() {
         (900.0, 0.1),
         (0.1, 900.0),
     ] {
-        let first = exchange.friction::<Full>(early, true);
-        let got = exchange.at_weight::<Full>(first, early, g, &ends, true);
+        let first = exchange.friction::<Full, Plain>(early, true);
+        let got = exchange.at_weight::<Full, Plain>(first, early, g, &ends, true);
         let want = exchange.friction_at::<Full>(g, &ends, true);
         assert!((got.across - want.across).abs() < 1e-11 && (got.along - want.along).abs() < 1e-11);
         let warmer = exchange.ends([9.0, 25.0]);
@@ -223,7 +228,8 @@ fn decays_brought_up_to_date_are_those_from_scratch() {
         let want = exchange.friction_at::<Full>(g, &warmer, true);
         assert!((got.across - want.across).abs() < 1e-11 && (got.along - want.along).abs() < 1e-11);
         let early = early * ends.inverse_capacity;
-        let got = exchange.heat_at_weight(exchange.heat_early(early), early, g, &ends, true);
+        let got =
+            exchange.heat_at_weight(exchange.heat_early::<Plain>(early), early, g, &ends, true);
         let want = exchange.heat_at(g, &ends, true);
         assert!((got.heat - want.heat).abs() < 1e-11);
         assert!((got.spread - want.spread).abs() < 1e-11 && (got.loss - want.loss).abs() < 1e-11);
