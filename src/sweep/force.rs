@@ -215,7 +215,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
                 let x = W::load(lanes.force[0].as_ptr().add(k));
                 let y = W::load(lanes.force[1].as_ptr().add(k));
                 let z = W::load(lanes.force[2].as_ptr().add(k));
-                W::records([x, y, z], lanes.records.as_mut_ptr().add(k));
+                W::records([x, y, z, W::splat(0.0)], lanes.records.as_mut_ptr().add(k));
             }
         }
     }

@@ -74,6 +74,12 @@ impl<'a, T> Shared<'a, T> {
         }
     }
 
+    /// The first element.
+    #[inline(always)]
+    pub(crate) fn pointer(&self) -> *const T {
+        self.data
+    }
+
     /// The element of a slot.
     ///
     /// # Safety

@@ -12,6 +12,7 @@ use super::pair_state::Energies;
 use super::rows::{Noise, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wall_thermal::WallRounds;
+use super::wide::LANES;
 use super::{CHUNK, Direction, Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -91,6 +92,25 @@ struct ThermalTask<'a, X, V, const D: usize> {
     tally: Option<BlockSums<'a>>,
     current: Option<HeatSums<'a>>,
     form: PhantomData<(X, V)>,
+}
+
+/// Fewer pairs than that are updated one by one.
+const LEAST: usize = 3;
+
+/// Velocities (with what lane 3 carries) and thermal energies of both ends of eight pairs.
+#[derive(Default)]
+#[repr(align(64))]
+struct Eight {
+    v: [[[f64; LANES]; 4]; 2],
+    e: [[f64; LANES]; 2],
+}
+
+/// How many of the first pairs share no particle with one before them.
+#[inline(always)]
+fn disjoint<W: Wide>(pairs: &[[u32; 2]; LANES]) -> usize {
+    let mut slots = [0; 2 * LANES];
+    slots.copy_from_slice(pairs.as_flattened());
+    (W::repeated(&slots).trailing_zeros() as usize / 2).min(LANES)
 }
 
 /// What happened to a pair.
@@ -376,6 +396,166 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         change
     }
 
+    /// Updates up to eight pairs at once: as many as share no particle, so that what one of them does
+    /// does not depend on the others. Returns how many; 0, and nothing is done, where few are or one
+    /// of them needs a branch.
+    #[inline(always)]
+    fn update_several<W: Wide>(&self, lanes: &Lanes, k: usize) -> usize {
+        if X::VARIABLE || X::GENERAL || X::METROPOLIS {
+            return 0;
+        }
+        let (pairs, _) = lanes.pairs.slots[k..].as_chunks::<LANES>();
+        let pairs = &pairs[0];
+        let several = disjoint::<W>(pairs).min(lanes.pairs.count - k);
+        if several < LEAST {
+            return 0;
+        }
+        let [p0, p1, p2, p3, p4, p5, p6, p7] = *pairs;
+        let slots = [
+            [p0[0], p1[0], p2[0], p3[0], p4[0], p5[0], p6[0], p7[0]],
+            [p0[1], p1[1], p2[1], p3[1], p4[1], p5[1], p6[1], p7[1]],
+        ];
+        let mut state = Eight::default();
+        for end in 0..2 {
+            // SAFETY: slots of particles; blocks of one colour share none.
+            unsafe {
+                let columns = W::columns(self.velocity.pointer(), &slots[end]);
+                for (column, to) in columns.iter().zip(&mut state.v[end]) {
+                    column.store(to.as_mut_ptr());
+                }
+                for lane in 0..LANES {
+                    state.e[end][lane] = *self.energies.heat.slot(slots[end][lane]);
+                }
+            }
+        }
+        let forward = self.direction == Direction::Forward;
+        let mut fine = true;
+        if X::CONDUCTION && !forward {
+            fine &= self.conduct_eight(lanes, k, &mut state, several);
+        }
+        if X::FRICTION {
+            fine &= self.rub_eight::<W::Arithmetic>(lanes, k, &mut state, several);
+        }
+        if X::CONDUCTION && forward {
+            fine &= self.conduct_eight(lanes, k, &mut state, several);
+        }
+        if !fine {
+            return 0;
+        }
+        for end in 0..2 {
+            let mut records = [[0.0; 4]; LANES];
+            // SAFETY: as above.
+            unsafe {
+                let v = &state.v[end];
+                let columns = [
+                    W::load(v[0].as_ptr()),
+                    W::load(v[1].as_ptr()),
+                    W::load(v[2].as_ptr()),
+                    W::load(v[3].as_ptr()),
+                ];
+                W::records(columns, records.as_mut_ptr());
+                for lane in 0..several {
+                    *self.velocity.slot(slots[end][lane]) = records[lane];
+                    *self.energies.heat.slot(slots[end][lane]) = state.e[end][lane];
+                }
+            }
+        }
+        several
+    }
+
+    /// `friction` of eight pairs; false if one of the first `several` needs more care.
+    #[inline(always)]
+    fn rub_eight<A: Arithmetic>(
+        &self,
+        lanes: &Lanes,
+        k: usize,
+        state: &mut Eight,
+        several: usize,
+    ) -> bool {
+        let (mut nearby, mut least) = ([0_u32; LANES], [0.0; LANES]);
+        for l in 0..LANES {
+            let ends = self.exchange.ends([state.e[0][l], state.e[1][l]]);
+            let g = lanes.pairs.weight[k + l];
+            nearby[l] = u32::from(self.exchange.is_nearby::<X>(g, &ends, V::ON));
+        }
+        if nearby[..several].contains(&0) {
+            return false;
+        }
+        for l in 0..LANES {
+            let n = k + l;
+            let e = [state.e[0][l], state.e[1][l]];
+            let ends = self.exchange.ends(e);
+            let (mut u, mut approach) = ([0.0; 3], 0.0);
+            for a in 0..D {
+                u[a] = state.v[0][a][l] - state.v[1][a][l];
+                approach = A::fused(lanes.pairs.r[a][n], u[a], approach);
+            }
+            let decay = FrictionDecay {
+                across: lanes.friction[0][n],
+                along: lanes.friction[1][n],
+            };
+            let g = lanes.pairs.weight[n];
+            let d = self
+                .exchange
+                .at_energies_nearby::<X, A>(decay, g, &ends, V::ON);
+            let half_across = 0.5 * d.across;
+            let along = 0.5 * (d.along - d.across) * lanes.inverse_r2[n] * approach;
+            let (mut strength, mut excess) = (0.0, 0.0);
+            if V::ON {
+                let square = 0.25 * ends.square_width::<X>();
+                let spread = |m: f64| (square * (-m * (2.0 + m))).sqrt();
+                strength = spread(d.across);
+                excess = (spread(d.along) - strength) * lanes.projected[n];
+            }
+            let mut work = 0.0;
+            for a in 0..D {
+                let (r, xi) = (lanes.pairs.r[a][n], lanes.noise.xi[a][n]);
+                let random = A::fused(strength, xi, excess * r);
+                let dv = A::fused(half_across, u[a], A::fused(along, r, random));
+                work = A::fused(dv, u[a] + dv, work);
+                state.v[0][a][l] += dv;
+                state.v[1][a][l] -= dv;
+            }
+            if X::HEATING {
+                let gain = -0.5 * work;
+                state.e[0][l] = e[0] + gain;
+                state.e[1][l] = e[1] + gain;
+                least[l] = if e[0] < e[1] { e[0] } else { e[1] } + gain;
+            } else {
+                least[l] = 1.0;
+            }
+        }
+        least[..several].iter().all(|&energy| energy > 0.0)
+    }
+
+    /// `conduction` of eight pairs; false if one of the first `several` were to be refused.
+    #[inline(always)]
+    fn conduct_eight(&self, lanes: &Lanes, k: usize, state: &mut Eight, several: usize) -> bool {
+        let mut least = [0.0; LANES];
+        for l in 0..LANES {
+            let n = k + l;
+            let e = [state.e[0][l], state.e[1][l]];
+            let d = HeatDecay {
+                heat: lanes.heat[0][n],
+                spread: lanes.heat[1][n],
+                loss: lanes.heat[2][n],
+            };
+            let gain = self
+                .exchange
+                .ends(e)
+                .conduct(&d, lanes.noise.xi[3][n], V::ON);
+            let after = [e[0] + gain, e[1] - gain];
+            state.e[0][l] = after[0];
+            state.e[1][l] = after[1];
+            least[l] = if after[0] < after[1] {
+                after[0]
+            } else {
+                after[1]
+            };
+        }
+        least[..several].iter().all(|&energy| energy > 0.0)
+    }
+
     /// One chunk after the other.
     #[inline(always)]
     fn sweep<W: Wide>(&self, lanes: &mut Lanes, mut rest: Rest<'_>) {
@@ -387,8 +567,13 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             self.compute::<W::Arithmetic>(lanes);
             let count = lanes.pairs.count.min(CHUNK);
             if virial.is_none() && handed.is_none() {
-                for k in 0..count {
-                    refused += self.update::<W::Arithmetic>(lanes, k).refused;
+                let mut k = 0;
+                while k < count {
+                    let several = self.update_several::<W>(lanes, k);
+                    if several == 0 {
+                        refused += self.update::<W::Arithmetic>(lanes, k).refused;
+                    }
+                    k += several.max(1);
                 }
             } else {
                 refused +=

@@ -58,11 +58,11 @@ pub trait Wide: Copy {
     /// # Safety
     /// See the trait.
     unsafe fn columns(base: *const [f64; 4], slots: &[u32; LANES]) -> [Self; 4];
-    /// The inverse, with a fourth column of zeros: eight records in a row.
+    /// The inverse: eight records in a row.
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn records(columns: [Self; 3], to: *mut [f64; 4]);
+    unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]);
     /// Stores the lanes whose bits are set one behind the other, and then anything: eight in all.
     ///
     /// # Safety
@@ -70,6 +70,20 @@ pub trait Wide: Copy {
     unsafe fn store_kept(self, keep: u8, to: *mut f64);
     /// Numbers of the lanes whose bits are set, one behind the other; then anything.
     fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES];
+    /// Bit k is set where number k is one of those before it.
+    #[inline(always)]
+    fn repeated(numbers: &[u32; 2 * LANES]) -> u32 {
+        const N: usize = 2 * LANES;
+        let mut padded = [u32::MAX; 2 * N]; // slots are below that
+        padded[N..].copy_from_slice(numbers);
+        let mut known = [0_u32; N];
+        for back in 1..N {
+            for n in 0..N {
+                known[n] |= u32::from(padded[N + n] == padded[N + n - back]);
+            }
+        }
+        (0..N).fold(0, |bits, n| bits | known[n] << n)
+    }
 }
 
 /// The lanes whose bits are set, in ascending order; then zeros.
@@ -155,11 +169,11 @@ impl Wide for Portable {
         std::array::from_fn(|a| Self(records.map(|record| record[a])))
     }
     #[inline(always)]
-    unsafe fn records(columns: [Self; 3], to: *mut [f64; 4]) {
-        let [x, y, z] = columns.map(|column| column.0);
+    unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
+        let [x, y, z, last] = columns.map(|column| column.0);
         for k in 0..LANES {
             // SAFETY: promised by the caller.
-            unsafe { *to.add(k) = [x[k], y[k], z[k], 0.0] };
+            unsafe { *to.add(k) = [x[k], y[k], z[k], last[k]] };
         }
     }
     #[inline(always)]
@@ -333,12 +347,11 @@ mod x86 {
             }
         }
         #[inline(always)]
-        unsafe fn records(columns: [Self; 3], to: *mut [f64; 4]) {
+        unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
             unsafe {
-                let [x, y, z] = columns;
-                let zero = _mm256_setzero_pd();
-                let low = transpose([x.0, y.0, z.0, zero]);
-                let high = transpose([x.1, y.1, z.1, zero]);
+                let [x, y, z, last] = columns;
+                let low = transpose([x.0, y.0, z.0, last.0]);
+                let high = transpose([x.1, y.1, z.1, last.1]);
                 for k in 0..4 {
                     _mm256_storeu_pd(to.add(k).cast(), low[k]);
                     _mm256_storeu_pd(to.add(4 + k).cast(), high[k]);
@@ -429,13 +442,12 @@ mod x86 {
             }
         }
         #[inline(always)]
-        unsafe fn records(columns: [Self; 3], to: *mut [f64; 4]) {
+        unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
             unsafe {
-                let [x, y, z] = columns.map(|column| column.0);
-                let zero = _mm512_setzero_pd();
-                // x0 y0 x2 y2 .. and z0 0 z2 0 ..; then the odd ones.
+                let [x, y, z, last] = columns.map(|column| column.0);
+                // x0 y0 x2 y2 .. and z0 w0 z2 w2 ..; then the odd ones.
                 let (t0, t1) = (_mm512_unpacklo_pd(x, y), _mm512_unpackhi_pd(x, y));
-                let (u0, u1) = (_mm512_unpacklo_pd(z, zero), _mm512_unpackhi_pd(z, zero));
+                let (u0, u1) = (_mm512_unpacklo_pd(z, last), _mm512_unpackhi_pd(z, last));
                 let low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
                 let high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
                 let pairs = [
@@ -456,6 +468,14 @@ mod x86 {
             unsafe { _mm512_storeu_pd(to, _mm512_maskz_compress_pd(keep, self.0)) }
         }
         #[inline(always)]
+        fn repeated(numbers: &[u32; 2 * LANES]) -> u32 {
+            unsafe {
+                let all = _mm512_loadu_si512(numbers.as_ptr().cast());
+                let before = _mm512_conflict_epi32(all);
+                u32::from(_mm512_test_epi32_mask(before, before))
+            }
+        }
+        #[inline(always)]
         fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
             kept(numbers, keep)
         }
@@ -470,7 +490,7 @@ pub enum Instructions {
     /// AVX2 with FMA, BMI2 and POPCNT.
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    /// AVX-512 F, VL, DQ, BW.
+    /// AVX-512 F, VL, DQ, BW, CD.
     #[cfg(target_arch = "x86_64")]
     Avx512,
 }
@@ -513,7 +533,8 @@ impl Instructions {
             let avx512 = std::is_x86_feature_detected!("avx512f")
                 && std::is_x86_feature_detected!("avx512vl")
                 && std::is_x86_feature_detected!("avx512dq")
-                && std::is_x86_feature_detected!("avx512bw");
+                && std::is_x86_feature_detected!("avx512bw")
+                && std::is_x86_feature_detected!("avx512cd");
             if avx2 {
                 found.insert(0, Self::Avx2);
             }
@@ -530,7 +551,9 @@ impl Instructions {
 pub fn run_wide<T: Task>(task: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi2,popcnt")]
+        #[target_feature(
+            enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi2,popcnt"
+        )]
         fn with_avx512<T: Task>(task: T) -> T::Output {
             task.run::<x86::Avx512>()
         }
@@ -573,7 +596,7 @@ mod tests {
                     out.extend(eight);
                 }
                 let mut back = [[9.0; 4]; LANES];
-                W::records([columns[0], columns[1], columns[2]], back.as_mut_ptr());
+                W::records(columns, back.as_mut_ptr());
                 out.extend(back.concat());
                 let limit = W::splat(40.0);
                 for keep in [columns[0].below(limit), 0, 255, 0b0110_1001, 1, 128] {
@@ -588,6 +611,8 @@ mod tests {
                     }
                     out.push(f64::from(keep));
                 }
+                let numbers = [4, 1, 9, 4, 7, 7, 0, 2, 1, 3, 5, 6, 8, 10, 11, 7];
+                assert_eq!(W::repeated(&numbers), 0b1000_0001_0010_1000);
                 let two = W::load(out.as_ptr());
                 let sum = two.times(limit).plus(two).minus(limit);
                 // exact in these small integers, fused or not
@@ -603,7 +628,7 @@ mod tests {
     fn all_instructions_move_alike() {
         let plain = Moves.run::<Portable>();
         assert_eq!(plain[..3], [12.0, 68.0, 156.0]);
-        assert_eq!(plain[32..36], [12.0, 13.0, 14.0, 0.0]);
+        assert_eq!(plain[32..36], [12.0, 13.0, 14.0, 15.0]);
         assert_eq!(run_wide(Moves), plain);
         #[cfg(target_arch = "x86_64")]
         if Instructions::available().contains(&Instructions::Avx2) {

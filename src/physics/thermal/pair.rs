@@ -181,6 +181,41 @@ impl ThermalExchange {
         self.relaxed_further::<A>(decay, more, g * (1.0 - ends.share()))
     }
 
+    /// Does `at_energies_nearby` serve? Else `at_energies` takes the long way.
+    #[inline(always)]
+    pub fn is_nearby<X: Exchanges>(&self, g: f64, ends: &Ends, noise: bool) -> bool {
+        if !(noise && X::HEATING) {
+            return true;
+        }
+        let rate = if self.rate_along > self.rate_across {
+            self.rate_along
+        } else {
+            self.rate_across
+        };
+        rate * (0.5 * ends.inverse_capacity * ends.spread_of() * g) < SMALL
+    }
+
+    /// `at_energies` without a branch, with the same bits.
+    #[inline(always)]
+    pub fn at_energies_nearby<X: Exchanges, A: Arithmetic>(
+        &self,
+        decay: FrictionDecay,
+        g: f64,
+        ends: &Ends,
+        noise: bool,
+    ) -> FrictionDecay {
+        if !(noise && X::HEATING) {
+            return decay;
+        }
+        let more = 0.5 * ends.inverse_capacity * ends.spread_of() * g;
+        let nearby =
+            |decay: f64, rate: f64| A::fused(1.0 + decay, expm1_series::<A>(rate * more), decay);
+        FrictionDecay {
+            across: nearby(decay.across, self.rate_across),
+            along: nearby(decay.along, self.rate_along),
+        }
+    }
+
     /// The same for a weight that has become `g` since: `early` is that of the decay.
     #[inline(always)]
     pub fn at_weight<X: Exchanges, A: Arithmetic>(
