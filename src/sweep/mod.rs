@@ -129,29 +129,29 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, pairs)`, the pairs
-    /// as a range of the list. Returns the number of pairs.
+    /// The end of the next at most `count` pairs.
     #[inline(always)]
-    pub(crate) fn next_ranges(
-        &mut self,
-        rows: &[[u32; 2]],
-        count: usize,
-        mut visit: impl FnMut(u32, usize, Range<usize>),
-    ) -> usize {
-        let begin = self.pair;
-        let stop = (begin + count as u32).min(rows.last().map_or(0, |row| row[1]));
-        while self.pair < stop {
-            let [head, end] = rows[self.row];
-            let until = end.min(stop);
-            let pairs = self.pair as usize..until as usize;
-            visit(head, (self.pair - begin) as usize, pairs);
-            self.pair = until;
-            self.row += usize::from(until == end);
-        }
-        (stop - begin) as usize
+    pub(crate) fn stop(&self, rows: &[[u32; 2]], count: usize) -> u32 {
+        (self.pair + count as u32).min(rows.last().map_or(0, |row| row[1]))
     }
 
-    /// The same with the partners, as places in the block's region.
+    /// The next row, or what is left of it, up to that end: its head, and its pairs as a range of the
+    /// list.
+    #[inline(always)]
+    pub(crate) fn next_row(&mut self, rows: &[[u32; 2]], stop: u32) -> Option<(u32, Range<usize>)> {
+        if self.pair >= stop {
+            return None;
+        }
+        let [head, end] = rows[self.row];
+        let until = end.min(stop);
+        let pairs = self.pair as usize..until as usize;
+        self.pair = until;
+        self.row += usize::from(until == end);
+        Some((head, pairs))
+    }
+
+    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, partners)`, the
+    /// partners as places in the block's region. Returns the number of pairs.
     #[inline(always)]
     pub(crate) fn next_pairs(
         &mut self,
@@ -159,9 +159,13 @@ impl Walk {
         count: usize,
         mut visit: impl FnMut(u32, usize, &[u16]),
     ) -> usize {
-        self.next_ranges(&block.rows, count, |head, lane, pairs| {
+        let begin = self.pair;
+        let stop = self.stop(&block.rows, count);
+        while let Some((head, pairs)) = self.next_row(&block.rows, stop) {
+            let lane = pairs.start - begin as usize;
             visit(head, lane, &block.neighbours[pairs]);
-        })
+        }
+        (stop - begin) as usize
     }
 
     /// Fills the lanes of a chunk: `row(lanes in use, head, partners)` puts the pairs of a row into

@@ -221,15 +221,18 @@ impl Pairs {
         walk: &mut Walk,
         companion: &mut impl Companion<W>,
     ) {
-        self.row_count = 0;
-        self.count = walk.next_ranges(&near.ends, CHUNK, |head, lane, pairs| {
-            self.rows[self.row_count] = [head, (lane + pairs.len()) as u32];
+        (self.row_count, self.count) = (0, 0);
+        let stop = walk.stop(&near.ends, CHUNK);
+        while let Some((head, pairs)) = walk.next_row(&near.ends, stop) {
+            let lane = self.count;
+            self.count += pairs.len();
+            self.rows[self.row_count] = [head, self.count as u32];
             self.row_count += 1;
             // SAFETY: a row of this block; CHUNK lanes and eight more.
             unsafe {
                 self.row::<W, D>((near, slots), cell, position, head, lane, pairs, companion);
             }
-        });
+        }
     }
 
     #[inline(always)]
@@ -274,14 +277,18 @@ impl Pairs {
         }
     }
 
-    /// Calls `visit(head, first lane, end)` for each row.
+    /// Number of rows.
     #[inline(always)]
-    pub(super) fn for_each_row(&self, mut visit: impl FnMut(u32, usize, usize)) {
-        let mut begin = 0;
-        for &[head, end] in &self.rows[..self.row_count] {
-            visit(head, begin, end as usize);
-            begin = end as usize;
-        }
+    pub(super) fn row_count(&self) -> usize {
+        self.row_count.min(CHUNK)
+    }
+
+    /// Head and lanes of a row. (No callbacks: they would be compiled without wide instructions.)
+    #[inline(always)]
+    pub(super) fn row_at(&self, n: usize) -> (u32, Range<usize>) {
+        let begin = if n == 0 { 0 } else { self.rows[n - 1][1] };
+        let [head, end] = self.rows[n];
+        (head, begin as usize..end as usize)
     }
 
     /// Slot of the partner in a lane in use.
@@ -296,10 +303,11 @@ impl Pairs {
     /// No other thread uses the slots of this block.
     #[inline(always)]
     pub(super) unsafe fn scatter(&self, records: &[[f64; 4]; ROOM], target: &Shared<'_, [f64; 4]>) {
-        self.for_each_row(|head, begin, end| {
+        for n in 0..self.row_count() {
+            let (head, lanes) = self.row_at(n);
             // Two sums, so that an addition need not wait for the one before.
             let (mut even, mut odd) = ([0.0; 4], [0.0; 4]);
-            let mut lane = begin;
+            let (mut lane, end) = (lanes.start, lanes.end);
             // SAFETY: promised by the caller; a partner is never the head itself.
             unsafe {
                 while lane + 1 < end {
@@ -315,7 +323,7 @@ impl Pairs {
                     own[a] += even[a] + odd[a];
                 }
             }
-        });
+        }
     }
 
     #[inline(always)]

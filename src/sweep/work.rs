@@ -58,8 +58,9 @@ impl<W: Wide> Companion<W> for Approach<'_, W> {
 impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
     /// r_ij F r_ij.(A_j u_i + A_i u_j), summed over the pairs of a chunk with the given F.
     fn hand_over(&self, pairs: &Pairs, slope: &[f64; ROOM], sum: &mut Flow) {
-        pairs.for_each_row(|head, begin, end| {
-            for lane in begin..end {
+        for n in 0..pairs.row_count() {
+            let (head, lanes) = pairs.row_at(n);
+            for lane in lanes {
                 let (i, j) = (head as usize, pairs.other(lane) as usize);
                 let [u, w] = [i, j].map(|slot| &self.mean[slot]);
                 let [a_i, a_j] = [i, j].map(|slot| self.velocity[slot][3]);
@@ -71,7 +72,7 @@ impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
                     sum[a] += pairs.r[a][lane] * slope[lane] * power;
                 }
             }
-        });
+        }
     }
 }
 
@@ -106,16 +107,17 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
             if self.current.is_some() {
                 self.hand_over(&pairs, &slope, handed.pressure());
             }
-            pairs.for_each_row(|head, begin, end| {
+            for n in 0..pairs.row_count() {
+                let (head, lanes) = pairs.row_at(n);
                 let mut sum = 0.0;
-                for lane in begin..end {
+                for lane in lanes {
                     sum += approach[lane];
                     // SAFETY: blocks of one colour share no particle, and other != head.
                     unsafe { *self.work.slot(pairs.other(lane)) += approach[lane] };
                 }
                 // SAFETY: as above.
                 unsafe { *self.work.slot(head) += sum };
-            });
+            }
         }
         if let Some(sums) = self.current {
             // SAFETY: this block's own number.
