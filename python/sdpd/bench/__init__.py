@@ -9,7 +9,7 @@ quartiles, with the machine that they belong to.
 from __future__ import annotations
 
 from sdpd.bench.effects import Difference, EffectCosts, run_effects, same
-from sdpd.bench.figures import plot, plot_effects, plot_sizes, write_figure
+from sdpd.bench.figures import plot, plot_effects, plot_peer, plot_sizes, write_figure
 from sdpd.bench.fluid import liquid, water
 from sdpd.bench.machine import Machine
 from sdpd.bench.parts import Part
@@ -35,6 +35,7 @@ __all__ = [
     "liquid",
     "plot",
     "plot_effects",
+    "plot_peer",
     "plot_sizes",
     "run_effects",
     "run_peer",

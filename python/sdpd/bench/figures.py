@@ -76,7 +76,7 @@ def plot_effects(costs: EffectCosts, figure: Any = None) -> Any:
     axes.barh(range(len(found)), medians, xerr=_bars([each.cost for each in found]), color=BLUE)
     axes.set_yticks(range(len(found)), names, fontsize=8)
     axes.set_xscale("symlog", linthresh=100.0)
-    axes.set_xlabel("it adds to a particle-step [ns]; bars: quartiles; linear below 100 ns")
+    axes.set_xlabel("it adds to a particle-step [ns]; black: quartiles; linear below 100 ns")
     _grid(axes)
     return figure
 
@@ -101,7 +101,7 @@ def plot_peer(peer: Peer, figure: Any = None) -> Any:
         )
     axes.set_yticks(range(len(steps)), steps)
     axes.invert_yaxis()
-    axes.set_xlabel("particle-steps a second over those of LAMMPS [1]; bars: quartiles")
+    axes.set_xlabel("particle-steps a second over those of LAMMPS [1]; black: quartiles")
     axes.legend(fontsize=8)
     _grid(axes)
     return figure

@@ -6,6 +6,7 @@ its packages SPH and DPD-SMOOTH; velocity Verlet by fix sph.
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
 import re
@@ -248,11 +249,9 @@ class Session:
         """Give commands and wait until they are done; what LAMMPS printed."""
         assert self._child.stdin is not None
         assert self._child.stdout is not None
-        try:
+        with contextlib.suppress(BrokenPipeError):  # it has stopped and said why
             self._child.stdin.write("\n".join([*lines, f'print "{DONE}"', ""]))
             self._child.stdin.flush()
-        except BrokenPipeError:
-            pass  # it has stopped and said why
         printed: list[str] = []
         for line in self._child.stdout:
             if line.strip() == DONE:
@@ -282,19 +281,19 @@ class Session:
 
     def close(self) -> None:
         """End it."""
-        if self._child.stdin is not None and self._child.poll() is None:
-            try:
-                self._child.stdin.write("quit\n")
-                self._child.stdin.close()
-            except BrokenPipeError:
-                pass
-            try:
-                self._child.wait(timeout=10)
-            except subprocess.TimeoutExpired:
-                self._child.kill()
-                self._child.wait()
-        if self._child.stdout is not None:
-            self._child.stdout.close()
+        assert self._child.stdin is not None
+        assert self._child.stdout is not None
+        with contextlib.suppress(BrokenPipeError):  # it may have stopped before
+            self._child.stdin.write("quit\n")
+            self._child.stdin.flush()
+        with contextlib.suppress(BrokenPipeError):
+            self._child.stdin.close()
+        try:
+            self._child.wait(timeout=10)
+        except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.wait()
+        self._child.stdout.close()
         self._folder.cleanup()
 
     def __enter__(self) -> Self:

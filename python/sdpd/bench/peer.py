@@ -190,8 +190,8 @@ class Peer(Study):
         journey = f"time to simulate one h^2 rho/eta; LAMMPS at the dt that makes it {BIAS:.0%} off"
         checks = (
             "D: friction on the configurations that are visited, over those at the first dt; "
-            "shear: decay of a wave\non the lattice over dt -> 0, by the pair splitting; neither was "
-            "checked for LAMMPS, whose step is shorter"
+            "shear: decay of a wave\non the lattice over dt -> 0, by the pair splitting; neither "
+            "was checked for LAMMPS, whose step is shorter"
         )
         blocks = [contest, table(rows, header), journey, self._journeys(), checks]
         return "\n\n".join([*blocks, self._foot()])
@@ -456,7 +456,8 @@ class _Bench:
             session.set_time_step(dt)
             session.run(WARMING)
             samples = session.run(steps, every=2).temperatures
-            blocks = [float(part.mean()) for part in np.array_split(samples, BLOCKS)]
+            count = min(BLOCKS, len(samples))
+            blocks = [float(part.mean()) for part in np.array_split(samples, count)]
             found = ensemble(blocks)
             bias, variance = found.value / temperature - 1.0, (found.stderr / temperature) ** 2
             top += bias * dt / variance

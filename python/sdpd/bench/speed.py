@@ -233,7 +233,10 @@ def _measure(
     advance: Callable[[], object],
 ) -> list[Row]:
     """All sizes and steps of a kernel and support, taking turns."""
-    lists = {name: Lists.of(_simulation(SMALL, support, kernel, name, threads)) for name in STEPS}
+    lists = {
+        name: Lists.of(_simulation(SMALL, support, kernel, name, threads), quick=seconds == 0.0)
+        for name in STEPS
+    }
     runs = {
         (edge, name): Runs(
             _simulation(edge, support, kernel, name, threads), seconds, lists=lists[name]

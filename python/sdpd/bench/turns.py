@@ -18,7 +18,7 @@ __all__ = ["Lists", "Runs", "Spread", "take_turns"]
 
 Key = TypeVar("Key", bound=Hashable)
 
-ENOUGH, LONGEST = 5, 120  # lists, and steps to wait for them
+ENOUGH, LONGEST, SHORT = 5, 120, 3  # lists, steps to wait for them, the same to try it
 
 
 @dataclass(frozen=True)
@@ -73,10 +73,11 @@ class Lists:
         return 1.0 + built * self.cost / (steps * self.step)
 
     @classmethod
-    def of(cls, sim: Simulation) -> Lists:
+    def of(cls, sim: Simulation, *, quick: bool = False) -> Lists:
         """Measured step by step, until a few lists have been built; 0 where nothing stands out."""
+        longest = SHORT if quick else LONGEST
         times: dict[bool, list[float]] = {True: [], False: []}
-        while len(times[True]) < ENOUGH and len(times[True]) + len(times[False]) < LONGEST:
+        while len(times[True]) < ENOUGH and len(times[True]) + len(times[False]) < longest:
             before = _builds(sim)
             begin = time.perf_counter()
             sim.run(1, progress=False)
@@ -96,7 +97,7 @@ class Runs:
     ----------
     sim : Simulation
     seconds : float
-        Wall time of a turn, about.
+        Wall time of a turn, about; 0: two steps, to try it.
     lists : Lists, optional
         Of the same steps in a smaller box; measured if None. A turn of few steps may have one list
         more or less than its share: its time is corrected for that.
@@ -114,7 +115,7 @@ class Runs:
     ) -> None:
         self.sim = sim
         self._observe = () if observe is None else (observe,)
-        self.lists = Lists.of(sim) if lists is None else lists
+        self.lists = Lists.of(sim, quick=seconds == 0.0) if lists is None else lists
         self.steps = 2
         self()  # memory is in place after this
         self.steps = max(2, round(seconds / (self() * 1e-9 * sim.n_particles)))
