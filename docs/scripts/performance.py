@@ -1,4 +1,4 @@
-"""Speed of steps, cost of effects and LAMMPS side by side, by `sdpd.bench`; a JSON with all of it.
+"""Speed of steps, cost of effects and LAMMPS side by side, by `sdpd.bench`; JSON of it all, too.
 
 Times are wall times on whatever machine runs this: run it on a quiet one. LAMMPS takes part where
 it is found; else its table stays as it is.
@@ -18,6 +18,7 @@ from sdpd import bench
 
 SIZES = (3375, 32768, 216000, 1000000)
 SMALL = (3375, 32768)
+SUPPORTS = (2.4, 3.0)
 LARGE = 1e7  # particles, of which the memory is stated
 
 
@@ -27,27 +28,33 @@ def main(argv: Sequence[str] | None = None) -> None:
 
     mpl.use("Agg")
     options: dict[str, Any] = {"quick": report.quick, "progress": False}
-    quick: dict[str, Any] = {"rounds": 2} if report.quick else {}
-    sizes, small = ((512, 1000), (512,)) if report.quick else (SIZES, SMALL)
-    lucy = bench.run_speed(sizes, **options, **quick)
-    wendland = bench.run_speed(small, kernels=("wendland_c2",), **options, **quick)
-    two = bench.run_speed(small, threads=2, **options, **quick)
-    report.document(*steps(lucy, wendland, two))
+    sizes, small, supports = SIZES, SMALL, SUPPORTS
+    if report.quick:
+        options["rounds"] = 2
+        sizes, small, supports = (512, 729), (512,), (2.4,)
+    lucy = bench.run_speed(sizes, supports=supports, **options)
+    wendland = bench.run_speed(small, supports=supports, kernels=("wendland_c2",), **options)
+    studies: dict[str, bench.Study] = {"speed": lucy, "wendland_c2": wendland}
+    tables = [lucy, wendland]
+    if lucy.machine.processors > 1:
+        tables.append(bench.run_speed(small, supports=supports, threads=2, **options))
+        studies["two_threads"] = tables[-1]
+    report.document(*steps(tables))
     report.figure(bench.plot_sizes(lucy))
-    studies = {"speed": lucy, "wendland_c2": wendland, "two_threads": two}
 
-    costs = bench.run_effects(small[0], **options, **quick)
+    costs = bench.run_effects(small[0], support=supports[-1], **options)
     report.write("generated", "performance_effects.md", page(report, *effects(costs)))
     report.figure(bench.plot_effects(costs), "effects")
     studies["effects"] = costs
     try:
-        peer = bench.run_peer(sizes=small, **options, **quick)
+        peer = bench.run_peer(sizes=small, supports=supports, **options)
     except FileNotFoundError as absent:
         print(f"no peer: {absent}", file=sys.stderr)
     else:
         report.write("generated", "performance_peer.md", page(report, *contests(peer)))
         report.figure(bench.plot_peer(peer), "peer")
-        studies["peer"] = peer
+        text = json.dumps(peer.document(), indent=1) + "\n"
+        report.write("generated", "performance_peer.json", text)
     document = {name: study.document() for name, study in studies.items()}
     report.write("generated", "performance.json", json.dumps(document, indent=1) + "\n")
 
@@ -57,8 +64,9 @@ def page(report: Report, *parts: str) -> str:
     return "\n\n".join([*parts, f"Written by `{report.command}`."]) + "\n"
 
 
-def steps(lucy: bench.Speed, wendland: bench.Speed, two: bench.Speed) -> list[str]:
-    """Full steps, flatness, parts, memory."""
+def steps(studies: Sequence[bench.Speed]) -> list[str]:
+    """Full steps of all, then flatness, parts, lists and memory of the first."""
+    lucy = studies[0]
     header = ["particles", "$h/\\Delta x$ (pairs)", "kernel", "step", "threads"]
     header += ["$\\Delta t/\\tau$", "thousand particle-steps/s", "ns a pair", "bytes"]
     rows = [
@@ -73,7 +81,7 @@ def steps(lucy: bench.Speed, wendland: bench.Speed, two: bench.Speed) -> list[st
             f"{row.time_per_pair.median:.1f}",
             f"{row.bytes_per_particle:.0f}",
         ]
-        for study in (lucy, wendland, two)
+        for study in studies
         for row in study.rows
     ]
     flat = [

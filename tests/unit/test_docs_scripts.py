@@ -84,7 +84,7 @@ def test_script_writes_its_table(script, name, tmp_path):
     assert (tmp_path / "figures" / f"{name}.png").exists() == (name in FIGURES)
     if name == "performance":
         document = json.loads((tmp_path / "generated" / f"{name}.json").read_text())
-        assert {"speed", "wendland_c2", "two_threads", "effects"} <= set(document)
+        assert {"speed", "wendland_c2", "effects"} <= set(document)
         assert {"time", "pairs", "bytes_per_particle"} <= set(document["speed"]["rows"][0])
         effects = (tmp_path / "generated" / "performance_effects.md").read_text(encoding="utf-8")
         assert "| conduction | splitting, energy |" in effects

@@ -31,7 +31,7 @@ DEFAULT_SIZES = (3375, 32768, 216000)
 SUPPORTS = (2.4, 3.0)
 ROUNDS = 5
 TURN = 0.1  # s, the least
-SMALL = 15  # particles along an edge of the box in which lists are watched
+SMALL, SMALLEST = 15, 8  # particles along an edge of the box in which lists are watched
 FLAT = 1.2  # largest over smallest cost of a particle-step that still counts as flat in N
 # name -> integrator, fluctuations
 STEPS: dict[str, tuple[Integrator, bool]] = {
@@ -233,8 +233,10 @@ def _measure(
     advance: Callable[[], object],
 ) -> list[Row]:
     """All sizes and steps of a kernel and support, taking turns."""
+    quick = seconds == 0.0
+    box = SMALLEST if quick else SMALL
     lists = {
-        name: Lists.of(_simulation(SMALL, support, kernel, name, threads), quick=seconds == 0.0)
+        name: Lists.of(_simulation(box, support, kernel, name, threads), quick=quick)
         for name in STEPS
     }
     runs = {
