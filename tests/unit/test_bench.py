@@ -309,7 +309,7 @@ def test_session(fake) -> None:
         found = session.run(2)
         assert (found.seconds, found.steps) == (0.004, 2)
         assert found.temperatures.tolist() == [296.0, 298.0]
-        with pytest.raises(RuntimeError, match="LAMMPS has stopped: ERROR: unknown command"):
+        with pytest.raises(ChildProcessError, match="LAMMPS has stopped: ERROR: unknown command"):
             session.send("bad thing")
 
 

@@ -16,7 +16,7 @@ from sdpd import fluids, kernels, running, timestep, validation
 from sdpd.bench.fluid import SHORTEST_EDGE, SPACING, WATER, edges, liquid, water
 from sdpd.bench.machine import Machine
 from sdpd.bench.study import Study
-from sdpd.bench.turns import Runs, Spread
+from sdpd.bench.turns import Runs, Spread, take_turns
 from sdpd.box import Box
 from sdpd.effects import Effects, UniformForce
 from sdpd.errors import SdpdWarning
@@ -265,7 +265,7 @@ class _Bench:
     def effects(self) -> list[_Comparison]:
         """Each effect, integrator, kernel and observer."""
         plain, verlet = _Side(self._plain), "Verlet, uniform"
-        splitting = _Side(self._plain, SPLITTING)
+        gaussian, splitting = _Side(self._plain, GAUSSIAN), _Side(self._plain, SPLITTING)
         quiet = _Side(self._water(effects=Effects(fluctuations=False)))
         bare = _Side(self._water(effects=Effects(fluctuations=False, dissipation=False)))
         viscous = WATER.replace(bulk_viscosity=WATER.shear_viscosity)
@@ -278,8 +278,8 @@ class _Bench:
         found = [
             _Comparison("friction", "Verlet, neither", bare, quiet),
             _Comparison("fluctuations, uniform", "Verlet, friction", quiet, plain),
-            _Comparison("fluctuations, Gaussian", "Verlet, friction", quiet, self._gaussian),
-            _Comparison("Gaussian for uniform", verlet, plain, self._gaussian),
+            _Comparison("fluctuations, Gaussian", "Verlet, friction", quiet, gaussian),
+            _Comparison("Gaussian for uniform", verlet, plain, gaussian),
             _Comparison("bulk viscosity", verlet, plain, _Side(bulk)),
             _Comparison("bulk viscosity", "splitting", splitting, _Side(bulk, SPLITTING)),
             _Comparison("energy, heating", "splitting", splitting, _Side(heating, SPLITTING)),
@@ -324,10 +324,6 @@ class _Bench:
         ]
         return found
 
-    @property
-    def _gaussian(self) -> _Side:
-        return _Side(self._plain, GAUSSIAN)
-
     def _plane(self) -> Scene:
         """About as many particles in a plane."""
         edge = max(SHORTEST_EDGE, round(self._edge**1.5 / SHORTEST_EDGE) * SHORTEST_EDGE)
@@ -370,14 +366,10 @@ class _Bench:
     def compare(self, each: _Comparison) -> Difference:
         """Let both sides take turns."""
         sides = (each.without, each.with_it)
-        steps = [timestep.auto_time_step(side.scene, side.integrator).value for side in sides]
-        dt = min(steps)
-        runs = [self._runs(side, dt) for side in sides]
-        times: tuple[list[float], list[float]] = ([], [])
-        for number in range(self._rounds):
-            for index in (0, 1) if number % 2 == 0 else (1, 0):
-                times[index].append(runs[index]())
-        return Difference.of(each.name, each.base, *times)
+        dt = min(timestep.auto_time_step(side.scene, side.integrator).value for side in sides)
+        runs = {index: self._runs(side, dt) for index, side in enumerate(sides)}
+        times = take_turns(runs, self._rounds)
+        return Difference.of(each.name, each.base, times[0], times[1])
 
     def _runs(self, side: _Side, dt: float) -> Runs:
         sim = self._simulation(side, dt)

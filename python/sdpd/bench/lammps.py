@@ -212,7 +212,7 @@ class Session:
 
     Raises
     ------
-    RuntimeError
+    ChildProcessError
         If it stops, with its last message; here and in all methods.
     """
 
@@ -258,7 +258,7 @@ class Session:
                 return printed
             printed.append(line.rstrip("\n"))
         said = [line for line in printed if "ERROR" in line] or printed[-1:]
-        raise RuntimeError(f"LAMMPS has stopped: {' '.join(said).strip() or 'without a word'}")
+        raise ChildProcessError(f"LAMMPS has stopped: {' '.join(said).strip() or 'without a word'}")
 
     def set_time_step(self, dt: float) -> None:
         """Of the runs that follow [s]."""
@@ -274,7 +274,7 @@ class Session:
         heads = [place for place, line in enumerate(printed) if line.split() == ["Step", "Temp"]]
         tails = [place for place, line in enumerate(printed) if line.startswith("Loop time of ")]
         if len(heads) != 1 or len(tails) != 1:
-            raise RuntimeError("LAMMPS has not told the time of its loop")
+            raise ChildProcessError("LAMMPS has not told the time of its loop")
         samples = [line.split()[1] for line in printed[heads[0] + 2 : tails[0]]]
         seconds = float(printed[tails[0]].split()[3])
         return Run(seconds, steps, np.array(samples, dtype=float))

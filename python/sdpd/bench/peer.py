@@ -309,7 +309,7 @@ def run_peer(
         If there is no LAMMPS.
     TypeError, ValueError
         If an argument is out of range, or the LAMMPS found does not serve.
-    RuntimeError
+    ChildProcessError
         If LAMMPS stops on its way.
     """
     validation.choice("peer", peer, PEERS)
