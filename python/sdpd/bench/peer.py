@@ -44,7 +44,7 @@ TURN = 0.5  # s
 TIME_STEP = 1e-10  # s, of both codes; LAMMPS is 3 % too cold at it
 WARMING = 40  # steps, in which the temperature gets where the time step takes it
 BIAS = 0.01  # of the temperature, allowed in the time to a result
-BIAS_STEPS = (1500, 3000)  # at the time step and at half of it, to find the bias
+BIAS_STEPS = (1000, 2000)  # at the time step and at half of it, to find the bias
 BLOCKS = 16
 # name -> kernel, integrator, noise
 OURS: dict[str, tuple[str, Integrator, bool]] = {
