@@ -58,18 +58,23 @@ OURS: dict[str, tuple[str, Integrator, bool]] = {
 
 @dataclass(frozen=True)
 class Temperature:
-    """A kinetic temperature [K]; the error from turn to turn, nan for a single one."""
+    """A kinetic temperature and its standard error [K]."""
 
     mean: float
     stderr: float
 
     @classmethod
-    def of(cls, values: Sequence[float]) -> Temperature:
-        """From means of independent stretches."""
-        if len(values) < 2:
-            return cls(float(np.mean(values)), math.nan)
-        found = ensemble(values)
-        return cls(found.value, found.stderr)
+    def of(cls, values: Sequence[float], scene: Scene, span: float) -> Temperature:
+        """From means over turns that take a time `span` together [s].
+
+        The error is that from turn to turn, but no less than what a thermostat of the friction time
+        tau leaves: a variance 2/(D N) T^2, forgotten in tau/2. Turns in succession are correlated.
+        """
+        mean = float(np.mean(values))
+        share = min(1.0, scene.friction_time / span)
+        least = mean * math.sqrt(2.0 / (scene.dimension * scene.n_particles) * share)
+        seen = ensemble(values).stderr if len(values) > 1 else 0.0
+        return cls(mean, max(seen, least))
 
     def __str__(self) -> str:
         return f"{self.mean:.1f} ± {self.stderr:.1f}"
@@ -234,6 +239,11 @@ class _Ours:
         self.runs = Runs(sim, seconds, lists=lists, observe=self._thermo)
         self.temperatures: list[float] = []
 
+    @property
+    def steps(self) -> int:
+        """Of a turn."""
+        return self.runs.steps
+
     def __call__(self) -> float:
         seen = len(self._thermo)
         time = self.runs()
@@ -261,11 +271,11 @@ class _Theirs:
     def __init__(self, session: Session, number: int, seconds: float) -> None:
         self._session, self._number = session, number
         pilot = session.run(WARMING if seconds else 2)
-        self._steps = max(4, round(seconds * pilot.steps / pilot.seconds))
+        self.steps = max(4, round(seconds * pilot.steps / pilot.seconds))
         self.temperatures: list[float] = []
 
     def __call__(self) -> float:
-        found = self._session.run(self._steps)
+        found = self._session.run(self.steps)
         self.temperatures.append(float(found.temperatures.mean()))
         return found.seconds * 1e9 / (found.steps * self._number)
 
@@ -387,6 +397,7 @@ class _Bench:
         noisy = OURS[name][2]
         theirs, ours = times[noisy], times[name]
         ratios = [a / b for a, b in zip(theirs, ours, strict=True)]
+        scene = water(edge, self._support)
         return Contest(
             particles=edge**3,
             support=self._support,
@@ -397,8 +408,8 @@ class _Bench:
             ratio=Spread.of(ratios),
             lowest=min(ratios),
             highest=max(ratios),
-            their_temperature=Temperature.of(peer.temperatures) if noisy else None,
-            our_temperature=Temperature.of(mine.temperatures) if noisy else None,
+            their_temperature=_temperature(peer, scene, TIME_STEP) if noisy else None,
+            our_temperature=_temperature(mine, scene, TIME_STEP) if noisy else None,
         )
 
     def journeys(self, edge: int) -> list[Journey]:
@@ -437,7 +448,7 @@ class _Bench:
                     dt_error=error if name == "LAMMPS" else 0.0,
                     seconds=Spread.of(wall[name]),
                     ratio=Spread.of(ratios),
-                    temperature=Temperature.of(side.temperatures),
+                    temperature=_temperature(side, scene, step),
                     diffusion_error=math.nan if drift is None else drift.value,
                     diffusion_stderr=math.nan if drift is None else drift.stderr,
                     shear_error=_shear(scene, step) if name == "splitting" else math.nan,
@@ -492,6 +503,11 @@ class _Bench:
             positions=start,
             velocities=thermal.velocities,
         )
+
+
+def _temperature(side: _Ours | _Theirs, scene: Scene, dt: float) -> Temperature:
+    values = side.temperatures
+    return Temperature.of(values, scene, len(values) * side.steps * dt)
 
 
 def _relative(values: Sequence[float], reference: Sequence[float]) -> Estimate:
