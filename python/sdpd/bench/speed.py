@@ -30,7 +30,7 @@ __all__ = ["DEFAULT_SIZES", "STEPS", "SUPPORTS", "Row", "Speed", "run_speed"]
 DEFAULT_SIZES = (3375, 32768, 216000)
 SUPPORTS = (2.4, 3.0)
 ROUNDS = 5
-TURN = 0.1  # s, the least
+TURN = 0.2  # s, as long as a call of the core from a run
 SMALL, SMALLEST = 15, 8  # particles along an edge of the box in which lists are watched
 FLAT = 1.2  # largest over smallest cost of a particle-step that still counts as flat in N
 # name -> integrator, fluctuations
@@ -193,7 +193,8 @@ def run_speed(
     -----
     All sizes and steps of a kernel and support take turns, so that they are compared at the same
     pace of the machine. Lists count with their share: how often they are built, and what that takes
-    a particle, is measured in a box of `SMALL` particles along an edge.
+    a particle, is measured in a box of `SMALL` particles along an edge. A turn is about as long as a
+    call of the core (0.2 s, or two steps), at whose end the user's arrays are written: that counts.
     """
     chosen = edges(DEFAULT_SIZES if sizes is None else sizes)
     ratios = tuple(validation.positive("supports", support) for support in supports)
