@@ -193,8 +193,8 @@ def run_speed(
     -----
     All sizes and steps of a kernel and support take turns, so that they are compared at the same
     pace of the machine. Lists count with their share: how often they are built, and what that takes
-    a particle, is measured in a box of `SMALL` particles along an edge. A turn is about as long as a
-    call of the core (0.2 s, or two steps), at whose end the user's arrays are written: that counts.
+    a particle, is measured in a box of `SMALL` particles along an edge. A turn is about as long as
+    a call of the core, at whose end the user's arrays are written: that counts.
     """
     chosen = edges(DEFAULT_SIZES if sizes is None else sizes)
     ratios = tuple(validation.positive("supports", support) for support in supports)
