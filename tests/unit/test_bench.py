@@ -341,9 +341,9 @@ def test_error_of_a_temperature_has_a_floor() -> None:
     scene = bench.water(8, 2.4)
     span = 50.0 * scene.friction_time
     least = 300.0 * math.sqrt(2.0 / (3 * 512) / 50.0)
-    still = peer.Temperature.of([300.0, 300.0, 300.0], scene, span)
+    still = bench.Temperature.of([300.0, 300.0, 300.0], scene, span)
     assert (still.mean, still.stderr) == (300.0, pytest.approx(least))
-    moving = peer.Temperature.of([290.0, 310.0], scene, span)
+    moving = bench.Temperature.of([290.0, 310.0], scene, span)
     assert (moving.mean, moving.stderr) == (300.0, pytest.approx(10.0))
 
 

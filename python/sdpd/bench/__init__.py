@@ -13,7 +13,8 @@ from sdpd.bench.figures import plot, plot_effects, plot_peer, plot_sizes, write_
 from sdpd.bench.fluid import liquid, water
 from sdpd.bench.machine import Machine
 from sdpd.bench.parts import Part
-from sdpd.bench.peer import PEERS, Contest, Journey, Peer, run_peer
+from sdpd.bench.peer import PEERS, run_peer
+from sdpd.bench.peer_results import Contest, Journey, Peer, Temperature
 from sdpd.bench.speed import Row, Speed, run_speed
 from sdpd.bench.study import Study, write, write_json
 from sdpd.bench.turns import Lists, Spread
@@ -32,6 +33,7 @@ __all__ = [
     "Speed",
     "Spread",
     "Study",
+    "Temperature",
     "liquid",
     "plot",
     "plot_effects",

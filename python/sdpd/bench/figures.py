@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sdpd.bench.effects import EffectCosts
-from sdpd.bench.peer import Peer
+from sdpd.bench.peer_results import Peer
 from sdpd.bench.speed import STEPS, Speed
 from sdpd.drawing import BLUE, GREEN, ORANGE, VERMILION, figure_or_new, save
 
