@@ -29,7 +29,7 @@ help:
 	@echo 'make run         build, a flow between plates, then the main job: self-diffusion of water'
 	@echo 'make test        formatting, lints, types, stubs, Rust and Python tests, notebooks'
 	@echo 'make validation  the long physics tests, which rewrite tests/validation/results.json'
-	@echo 'make bench       speed of kernels and steps'
+	@echo 'make bench       speed of steps, and what each effect costs'
 	@echo 'make docs        HTML pages in docs/_build/html'
 	@echo 'make build       the package alone, installed editable into $(VENV)'
 	@echo 'make format      rewrite Rust and Python sources in the house format'
@@ -117,7 +117,8 @@ validation: $(STAMP)-build $(STAMP)-dev
 # ---------------------------------------------------------------------------------- the others
 
 bench: $(STAMP)-build $(STAMP)-plot
-	$(BIN)/python docs/scripts/performance.py
+	$(BIN)/sdpd bench -o $(OUT)/bench
+	$(BIN)/sdpd bench effects -o $(OUT)/bench
 
 docs: $(STAMP)-build $(STAMP)-docs
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

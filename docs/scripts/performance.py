@@ -1,188 +1,204 @@
-"""Particle-steps per second and memory of the integrators; writes generated/performance.json too.
+"""Speed of steps, cost of effects and LAMMPS side by side, by `sdpd.bench`; JSON of it all, too.
 
-Times are wall times on whatever machine runs this: run it on a quiet one.
+Times are wall times on whatever machine runs this: run it on a quiet one. LAMMPS takes part where
+it is found; else its table stays as it is.
 """
 
 from __future__ import annotations
 
 import json
-import os
-import platform
-import time
-import warnings
+import math
+import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from typing import Any
 
-import numpy as np
-from report import Report, grid, reduced_fluid
+from report import Report, grid
 
-import sdpd
-from sdpd.integrators import Integrator
+from sdpd import bench
 
-ETA = 20.0
-SOUND_SPEED = 10.0  # X = 100
+SIZES = (3375, 32768, 216000, 1000000)
+SMALL = (3375, 32768)
 SUPPORTS = (2.4, 3.0)
-EDGES = (15, 32)  # 3,375 and 32,768 particles
-INTEGRATORS: dict[str, Integrator] = {
-    "Verlet, uniform, iterations=0": sdpd.VelocityVerlet(iterations=0, noise="uniform"),
-    "Verlet, uniform, iterations=1": sdpd.VelocityVerlet(iterations=1, noise="uniform"),
-    "Verlet, Gaussian, iterations=0": sdpd.VelocityVerlet(iterations=0, noise="gaussian"),
-    "Verlet, Gaussian, iterations=1": sdpd.VelocityVerlet(iterations=1, noise="gaussian"),
-    "pair splitting": sdpd.PairSplitting(),
-}
-
-
-@dataclass(frozen=True)
-class Row:
-    """Speed of one case: particle-steps per second, and bytes per particle."""
-
-    particles: int
-    support: float
-    pairs: float
-    integrator: str
-    threads: int
-    dt_over_tau: float
-    steps: int
-    repeats: int
-    best: float
-    median: float
-    lower_quartile: float
-    upper_quartile: float
-    bytes_per_particle: float
-
-
-def simulations(
-    edge: int, support: float, threads: Sequence[int], relax: int
-) -> dict[tuple[str, int], sdpd.Simulation]:
-    """The same fluid under every integrator, each at its own time step, ready to be timed."""
-    scene = sdpd.Scene(
-        fluid=reduced_fluid(ETA),
-        box=sdpd.Box((float(edge),) * 3),
-        resolution=sdpd.Resolution(spacing=1.0, kernel="lucy", support=support),
-        start=sdpd.RandomStart(),
-        sound_speed=SOUND_SPEED,
-    )
-    start = sdpd.Simulation(scene, seed=1)
-    start.run(relax, progress=False)
-    positions = np.array(start.positions)
-    return {
-        (name, number): sdpd.Simulation(
-            scene, integrator=integrator, threads=number, seed=2, positions=positions
-        )
-        for name, integrator in INTEGRATORS.items()
-        for number in threads
-    }
-
-
-def timed(sim: sdpd.Simulation, steps: int) -> float:
-    """Particle-steps per second of a run."""
-    begin = time.perf_counter()
-    sim.run(steps, progress=False)
-    return sim.n_particles * steps / (time.perf_counter() - begin)
-
-
-def measure(edge: int, support: float, *, threads: Sequence[int], quick: bool) -> list[Row]:
-    """All integrators and thread numbers for one box and support, taking turns."""
-    sims = simulations(edge, support, threads, relax=2 if quick else 200)
-    seconds, repeats = (0.01, 2) if quick else (0.6, 5)
-    steps = {}
-    for key, sim in sims.items():  # lists and memory are in place after this
-        speed = timed(sim, 2 if quick else 10)
-        steps[key] = max(2, round(seconds * speed / sim.n_particles))
-    speeds: dict[tuple[str, int], list[float]] = {key: [] for key in sims}
-    for repeat in range(repeats):
-        for key in list(sims) if repeat % 2 == 0 else list(reversed(sims)):
-            speeds[key].append(timed(sims[key], steps[key]))
-    rows = []
-    for (name, number), sim in sims.items():
-        low, middle, high = np.percentile(speeds[name, number], [25, 50, 75])
-        statistics = sim.statistics()
-        rows.append(
-            Row(
-                particles=sim.n_particles,
-                support=support,
-                pairs=sim.scene.pairs_per_particle,
-                integrator=name,
-                threads=number,
-                dt_over_tau=sim.dt / sim.scene.friction_time,
-                steps=steps[name, number],
-                repeats=repeats,
-                best=max(speeds[name, number]),
-                median=float(middle),
-                lower_quartile=float(low),
-                upper_quartile=float(high),
-                bytes_per_particle=(statistics["list_bytes"] + statistics["state_bytes"])
-                / sim.n_particles,
-            )
-        )
-    return rows
-
-
-def processor() -> str:
-    """Name of the processor, as far as the system tells it."""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            for line in file:
-                if line.startswith("model name"):
-                    return line.split(":", 1)[1].strip()
-    except OSError:
-        pass
-    return platform.processor() or platform.machine()
+LARGE = 1e7  # particles, of which the memory is stated
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     report = Report.from_arguments("performance", __doc__, argv)
-    edges, supports = ((8,), (2.4,)) if report.quick else (EDGES, SUPPORTS)
-    rows = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", sdpd.PairingWarning)
-        for edge in edges:
-            for support in supports:
-                rows += measure(edge, support, threads=(1, 2), quick=report.quick)
-    machine = {
-        "processor": processor(),
-        "processors": os.cpu_count(),
-        "system": platform.system(),
-        "version": sdpd.__version__,
-    }
-    document = {"machine": machine, "rows": [asdict(row) for row in rows]}
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    options: dict[str, Any] = {"quick": report.quick, "progress": False}
+    sizes, small, supports = SIZES, SMALL, SUPPORTS
+    if report.quick:
+        options["rounds"] = 2
+        sizes, small, supports = (512, 729), (512,), (2.4,)
+    lucy = bench.run_speed(sizes, supports=supports, **options)
+    wendland = bench.run_speed(small, supports=supports, kernels=("wendland_c2",), **options)
+    studies: dict[str, bench.Study] = {"speed": lucy, "wendland_c2": wendland}
+    tables = [lucy, wendland]
+    if lucy.machine.processors > 1:
+        tables.append(bench.run_speed(small, supports=supports, threads=2, **options))
+        studies["two_threads"] = tables[-1]
+    report.document(*steps(tables))
+    report.figure(bench.plot_sizes(lucy))
+
+    costs = bench.run_effects(small[0], support=supports[-1], **options)
+    report.write("generated", "performance_effects.md", page(report, *effects(costs)))
+    report.figure(bench.plot_effects(costs), "effects")
+    studies["effects"] = costs
+    try:
+        peer = bench.run_peer(sizes=small, supports=supports, **options)
+    except FileNotFoundError as absent:
+        print(f"no peer: {absent}", file=sys.stderr)
+    else:
+        report.write("generated", "performance_peer.md", page(report, *contests(peer)))
+        report.figure(bench.plot_peer(peer), "peer")
+        text = json.dumps(peer.document(), indent=1) + "\n"
+        report.write("generated", "performance_peer.json", text)
+    document = {name: study.document() for name, study in studies.items()}
     report.write("generated", "performance.json", json.dumps(document, indent=1) + "\n")
 
-    cells = [
+
+def page(report: Report, *parts: str) -> str:
+    """Tables and what they mean, then the command."""
+    return "\n\n".join([*parts, f"Written by `{report.command}`."]) + "\n"
+
+
+def steps(studies: Sequence[bench.Speed]) -> list[str]:
+    """Full steps of all, then flatness, parts, lists and memory of the first."""
+    lucy = studies[0]
+    header = ["particles", "$h/\\Delta x$ (pairs)", "kernel", "step", "threads"]
+    header += ["$\\Delta t/\\tau$", "thousand particle-steps/s", "ns a pair", "bytes"]
+    rows = [
         [
             f"{row.particles:,}",
             f"{row.support:g} ({row.pairs:.0f})",
-            row.integrator,
-            f"{row.threads}",
+            row.kernel.replace("_", " "),
+            row.step,
+            f"{study.threads}",
             f"{row.dt_over_tau:.3f}",
-            _thousands(row.best),
-            _thousands(row.median, row.lower_quartile, row.upper_quartile),
+            row.rate.scaled(1e-3).shown(".0f"),
+            f"{row.time_per_pair.median:.1f}",
             f"{row.bytes_per_particle:.0f}",
         ]
-        for row in rows
+        for study in studies
+        for row in study.rows
     ]
-    header = [
-        "particles",
-        "$h/\\Delta x$ (pairs)",
-        "integrator",
-        "threads",
-        "$\\Delta t/\\tau$",
-        "best",
-        "median (quartiles)",
-        "bytes per particle",
+    flat = [
+        [step, f"{support:g}", f"{ratio:.2f}"]
+        for (step, _, support), ratio in lucy.flatness().items()
     ]
-    report.document(
-        grid(header, cells),
-        f"Thousand particle-steps per second of wall time, all threads together: best, median and "
-        f"quartiles of {rows[0].repeats} repeats taking turns. Lucy, $X=100$, $\\eta^*={ETA:g}$, "
-        f'noise on, `dt="auto"`; bytes of state and lists. {machine["processor"]}, '
-        f"{machine['processors']} processors.",
+    parts = [[f"{part.support:g}", part.name, *part.cells()] for part in lucy.parts]
+    lists = [
+        [f"{row.support:g}", row.step, f"{row.lists.interval:.0f}", f"{row.lists.cost:.0f}"]
+        for row in lucy.rows
+        if row.particles == lucy.rows[0].particles and row.lists.cost > 0.0
+    ]
+    memory = [
+        [f"{row.support:g}", row.step, f"{row.bytes_per_particle:.0f}", _gigabytes(row)]
+        for row in lucy.rows
+        if row.particles == lucy.rows[-1].particles
+    ]
+    sizes = f"{lucy.rows[0].particles:,} to {lucy.rows[-1].particles:,} particles"
+    note = (
+        "Particle-steps a second, all threads together, median and quartiles of "
+        f'{lucy.rounds} turns; every step at its own `dt="auto"`; bytes of state and lists of a '
+        f"particle. All of one kernel, support and number of threads took turns. {lucy.machine}."
     )
+    return [
+        grid(header, rows),
+        note,
+        f"Flatness: largest over smallest time of a particle-step, {sizes}.",
+        grid(["step", "$h/\\Delta x$", "largest/smallest"], flat),
+        "Parts of a Verlet step, by steps that do without one thing each:",
+        grid(["$h/\\Delta x$", "part", "ns a particle", "ns a pair"], parts),
+        "Neighbour lists, whose share is contained in all of the above:",
+        grid(["$h/\\Delta x$", "step", "steps from one to the next", "ns a particle"], lists),
+        f"Memory, and what {LARGE:.0e} particles take at that:",
+        grid(["$h/\\Delta x$", "step", "bytes a particle", "GB"], memory),
+    ]
 
 
-def _thousands(speed: float, *quartiles: float) -> str:
-    spread = "–".join(f"{value / 1e3:.0f}" for value in quartiles)
-    return f"{speed / 1e3:.0f}" + f" ({spread})" * bool(spread)
+def _gigabytes(row: bench.Row) -> str:
+    return f"{row.bytes_per_particle * LARGE * 1e-9:.1f}"
+
+
+def effects(costs: bench.EffectCosts) -> list[str]:
+    """What each costs, and what those switched off cost."""
+    header = ["effect", "compared with", "ns without", "ns with", "it costs [ns]", "%"]
+    words = {True: "the same", False: "not the same", None: "cannot tell"}
+    absent = [[*_difference(each), words[bench.same(each)]] for each in costs.absent]
+    note = (
+        f"Time of a particle-step, {costs.particles:,} particles, $h/\\Delta x={costs.support:g}$, "
+        f"Lucy unless said otherwise; cost: median and quartiles of {costs.rounds} turns of both. "
+        f"{costs.machine}."
+    )
+    return [
+        grid(header, [_difference(each) for each in costs.effects]),
+        note,
+        "Switched off, against absent:",
+        grid([*header, "verdict"], absent),
+    ]
+
+
+def _difference(each: bench.Difference) -> list[str]:
+    return [
+        each.name,
+        each.base,
+        f"{each.without.median:.0f}",
+        f"{each.with_it.median:.0f}",
+        each.cost.shown("+.0f"),
+        f"{100.0 * each.relative:+.1f}",
+    ]
+
+
+def contests(peer: bench.Peer) -> list[str]:
+    """Speed at the same time step, and time to a result."""
+    header = ["particles", "$h/\\Delta x$", "here", "LAMMPS [k/s]", "here [k/s]"]
+    header += ["ratio", "lowest–highest", "T LAMMPS [K]", "T here [K]"]
+    rows = [
+        [
+            f"{row.particles:,}",
+            f"{row.support:g}",
+            row.step,
+            row.theirs.scaled(1e-3).shown(".0f"),
+            row.ours.scaled(1e-3).shown(".0f"),
+            row.ratio.shown(".1f"),
+            f"{row.lowest:.1f}–{row.highest:.1f}",
+            "" if row.their_temperature is None else f"{row.their_temperature}",
+            "" if row.our_temperature is None else f"{row.our_temperature}",
+        ]
+        for row in peer.contests
+    ]
+    journeys = [
+        [
+            f"{row.support:g}",
+            row.code,
+            f"{row.dt:.3g}" + f" ± {row.dt_error:.0%}" * (row.dt_error > 0.0),
+            row.seconds.shown(),
+            row.ratio.shown(),
+            f"{row.temperature}",
+            _percent(row.diffusion_error),
+            _percent(row.shear_error),
+        ]
+        for row in peer.journeys
+    ]
+    names = ["$h/\\Delta x$", "code", "$\\Delta t$ [s]", "seconds", "ratio", "T [K]"]
+    note = (
+        f"Particle-steps a second of one core, LAMMPS {peer.lammps.version} and this package in "
+        f"{peer.rounds} rounds of turns, at $\\Delta t$ = {peer.contests[0].dt:g} s; the water is "
+        f"at 300 K. {peer.machine}."
+    )
+    return [
+        grid(header, rows),
+        note,
+        "Time to simulate one $h^2\\rho/\\eta$, each code at the time step that suits it:",
+        grid([*names, "short-time D", "shear wave"], journeys),
+    ]
+
+
+def _percent(value: float) -> str:
+    return "not checked" if math.isnan(value) else f"{value:+.2%}"
 
 
 if __name__ == "__main__":

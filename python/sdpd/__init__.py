@@ -136,6 +136,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "Thermodynamics": ("sdpd.observers", "Thermodynamics"),
     "Trajectory": ("sdpd.h5md", "Trajectory"),
     "analysis": ("sdpd.analysis", None),
+    "bench": ("sdpd.bench", None),
     "checkpoint": ("sdpd.checkpoint", None),
     "channel": ("sdpd.channel", None),
     "cli": ("sdpd.cli", None),

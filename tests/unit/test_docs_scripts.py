@@ -18,7 +18,7 @@ TABLES = {
     "observers": "| `StressCorrelator(parts=True)` |",
     "bian2015": "| mean density of particles | 1.001 |",
     "noise": "| excess kurtosis of the velocity components |",
-    "performance": "| pair splitting | 1 | 2.000 |",
+    "performance": "| lucy | pair splitting | 1 | 2.000 |",
     "poiseuille": "| 0.05 s |",
     "couette": "| 1.00 s |",
     "wall_equilibrium": "| slab | ",
@@ -51,6 +51,7 @@ FIGURES = {
     "image_forces",
     "nitrogen",
     "nitrogen_time_step",
+    "performance",
     "poiseuille",
     "shaped_walls",
     "thermal_couette",
@@ -83,7 +84,11 @@ def test_script_writes_its_table(script, name, tmp_path):
     assert (tmp_path / "figures" / f"{name}.png").exists() == (name in FIGURES)
     if name == "performance":
         document = json.loads((tmp_path / "generated" / f"{name}.json").read_text())
-        assert {"best", "median", "bytes_per_particle"} <= set(document["rows"][0])
+        assert {"speed", "wendland_c2", "effects"} <= set(document)
+        assert {"time", "pairs", "bytes_per_particle"} <= set(document["speed"]["rows"][0])
+        effects = (tmp_path / "generated" / "performance_effects.md").read_text(encoding="utf-8")
+        assert "| conduction | splitting, energy |" in effects
+        assert (tmp_path / "figures" / "performance_effects.png").exists()
 
 
 def test_averages(script):
