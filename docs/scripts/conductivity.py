@@ -23,7 +23,7 @@ EDGE = {2: 16.0, 3: 8.0}
 LENGTH = {
     "liquid, conduction rules": 1.0,
     "liquid, friction matters": 0.5,
-    "liquid, thin": 1.0,
+    "liquid, thin": 1.5,
     "gas": 0.6,
     "gas, as T^0.7": 0.6,
     "liquid in two dimensions": 0.4,

@@ -138,23 +138,27 @@ def main(argv: Sequence[str] | None = None) -> None:
         )
         tables += [title, grid(["", "measured", "theory", "SE off"], cells)]
         if case.ideal:
-            report.figure(_draw(warm, cold))
+            report.figure(_draw(case, warm, cold))
     report.document(
         *tables,
         f"{edge**2} particles in the plane, {runs} runs each, $X=100$, $\\eta^*=14$, Wendland C2, "
-        "$h/\\Delta x=2.65$; one standard error.",
+        "$h/\\Delta x=2.65$; one standard error. Figure: functions over their value at $t=0$, "
+        "that of energy with current over the root of both.",
     )
 
 
-def _draw(warm: correlations.Study, cold: correlations.Study) -> Any:
+def _draw(case: Case, warm: correlations.Study, cold: correlations.Study) -> Any:
     """Density, current and energy against time."""
     figure, axes = subplots(3, width=9.6)
+    gamma = f"$\\gamma={case.heat_ratio:g}$"
+    figure.suptitle(f"{case.name}, {gamma}: measured (points) and theory (lines)", fontsize=10)
     drawn = (("density", warm, BLUE, "with an energy"), ("density", cold, VERMILION, "without"))
     _curves(axes[0], drawn, "density")
     drawn = (("longitudinal", warm, BLUE, ""), ("longitudinal", cold, VERMILION, ""))
     _curves(axes[1], drawn, "longitudinal current")
     drawn = (("energy", warm, GREEN, "energy"), ("energy_current", warm, BLUE, "with current"))
     _curves(axes[2], drawn, "energy, energy and current")
+    axes[0].set_ylabel("correlation over its value at $t=0$")
     return figure
 
 

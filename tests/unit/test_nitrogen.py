@@ -57,6 +57,8 @@ def test_a_case_meets_what_is_exact(study: nitrogen.Study) -> None:
     assert sum(row.judged for row in found.rows) == 12
     assert "gamma = 1.400" in str(study) and "lags of D long of" in str(study)
     assert "12 predictions were met: |t| < 4 beyond their accuracy" in str(study)
+    assert [row.name for row in found.rows if row.rough] == ["Var rho"]
+    assert "accuracy above 10%, which guard against gross faults only: 1\n" in str(study)
     assert not found.pairs and found.paired == 0.0
 
 

@@ -32,10 +32,11 @@ LIMITS = {
     "mean": (0.3, 0.3, 5e-4),
 }
 # The more order, the less that measures: particles on a lattice have no waves beyond the Debye wave
-# number, and the density of its sums. So the variance is known no better than this multiple of the
-# share of such waves, and the mean no better than the lattice's is near n. From nitrogen at
-# X = 1258 and 7553, h/dx 2.2 to 4.5: up to 2.7 shares away (docs/validation/nitrogen).
-SHORT_WAVES = 3.0
+# number, and the density of its sums. So the variance is known no better than these multiples of
+# the share of such waves, for P > rho c^2/2 and below, and the mean no better than the lattice's is
+# near n. From fluids at X = 200 to 10^4, h/dx 2.2 to 4.2 (docs/scripts/density_accuracy.py): up to
+# 2.0 and 6.7 shares, and up to 0.7 of the lattice's distance.
+SHORT_WAVES = (2.5, 7.0)
 
 
 class DensityPrediction:
@@ -197,7 +198,7 @@ class DensityPrediction:
         low = self._theory.compressibility_factor <= 0.5 * self._theory.stiffness
         known = max(smallest, (soft if low else stiff) * abs(self.bias))
         if quantity == "variance":
-            return max(known, SHORT_WAVES * self.short_waves)
+            return max(known, SHORT_WAVES[low] * self.short_waves)
         if quantity == "mean":
             return max(known, abs(self._scene.factors.density - 1.0))
         return known

@@ -14,16 +14,26 @@ from sdpd.nitrogen.cases import FROZEN, PUBLISHED_PARTICLES, Case
 from sdpd.nitrogen.transport import Transport
 from sdpd.scene import Scene
 
-__all__ = ["LARGEST_ERROR", "LARGEST_T", "QUICK_ERROR", "Row", "means_and_variances", "transport"]
+__all__ = [
+    "LARGEST_ERROR",
+    "LARGEST_T",
+    "QUICK_ERROR",
+    "ROUGH",
+    "Row",
+    "means_and_variances",
+    "transport",
+]
 
 Array = NDArray[np.float64]
 
 # In standard errors, with 31 degrees of freedom: p = 4e-4. In the twelve cases whose particles move
-# 136 rows are judged (viscosity in four of them), so that one of them is beyond it with a
-# probability of 0.05 (Bonferroni; three rows of a case are one statistic).
+# 136 rows are judged (viscosity in four of them). T, T_kin, c_rms and Var V of a case are one
+# statistic, as its energy is kept: 100 are left, and one of them is beyond with a probability of
+# 0.04 (Bonferroni).
 LARGEST_T = 4.0
 LARGEST_ERROR = 0.007  # relative, of what is judged
 QUICK_ERROR = 0.06  # likewise, in a quick run
+ROUGH = 0.1  # accuracy beyond which a row guards against gross faults only
 
 
 @dataclass(frozen=True)
@@ -69,6 +79,11 @@ class Row:
         if error == 0.0:
             return math.copysign(math.inf, beyond) if beyond else 0.0
         return beyond / error
+
+    @property
+    def rough(self) -> bool:
+        """Whether the accuracy is beyond `ROUGH` of what is expected."""
+        return self.accuracy > ROUGH * abs(self.expected)
 
     @property
     def passed(self) -> bool:

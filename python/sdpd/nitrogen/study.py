@@ -13,7 +13,7 @@ from sdpd import progress as bars
 from sdpd import validation
 from sdpd.nitrogen.cases import CASES, FROZEN, PUBLISHED_PARTICLES, scene_of
 from sdpd.nitrogen.measure import BLOCKS, Measured, Plan, measure
-from sdpd.nitrogen.rows import LARGEST_T, Row
+from sdpd.nitrogen.rows import LARGEST_T, ROUGH, Row
 from sdpd.scene import Scene
 from sdpd.units import table
 
@@ -89,6 +89,11 @@ class Study:
                 f"standard errors up to {largest:.1%}; found |t| up to "
                 f"{max(abs(row.t) for row in judged):.1f}, errors up to "
                 f"{max(row.measured.relative for row in judged):.2%}"
+            )
+            rough = sum(row.rough for row in judged)
+            lines.append(
+                f"of them with an accuracy above {ROUGH:.0%}, which guard against gross faults "
+                f"only: {rough}"
             )
         lines.append(f"{self.seconds:.0f} s")
         return "\n".join(lines)

@@ -13,6 +13,7 @@ CASE = "nitrogen"
 MOVING = tuple(range(1, 13))
 UNKNOWN_STRESS = tuple(range(5, 13))  # stiff
 JUDGED = 12 * len(MOVING) - len(UNKNOWN_STRESS)
+ROUGH = {(number, "Var rho") for number in (1, 2, 5, 9, 10)}  # gross faults only
 
 
 @cache
@@ -39,6 +40,10 @@ def test_all_that_is_predicted_is_judged() -> None:
     assert sum(row.judged for row in rows) == JUDGED
     free = {row.name for row in rows if not row.judged}
     assert free == {"D long", "eta", "eta long"}
+    rough = {
+        (each.case.number, row.name) for each in study().cases for row in each.rows if row.rough
+    }
+    assert rough == ROUGH
 
 
 def test_variances_of_the_dissertation() -> None:
