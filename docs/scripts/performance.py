@@ -16,7 +16,7 @@ from report import Report, grid
 
 from sdpd import bench
 
-SIZES = (3375, 32768, 216000, 1000000)
+SIZES = (3375, 32768, 216000)
 SMALL = (3375, 32768)
 SUPPORTS = (2.4, 3.0)
 LARGE = 1e7  # particles, of which the memory is stated

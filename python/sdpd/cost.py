@@ -38,15 +38,15 @@ class Coefficients:
 
 
 COEFFICIENTS = {
-    "velocity_verlet": Coefficients(345.0, 2.0, {"gaussian": 2.9e7, "uniform": 4.0e7}),
-    "pair_splitting": Coefficients(365.0, 6.0, {"gaussian": 1.2e7}),
+    "velocity_verlet": Coefficients(345.0, 4.2, {"gaussian": 5.5e7, "uniform": 8.0e7}),
+    "pair_splitting": Coefficients(365.0, 8.2, {"gaussian": 2.0e7}),
 }
 # Verlet keeps the friction apart from the other forces to evaluate it again.
 BYTES_FOR_ITERATIONS = 64.0
 # A step with energies over one without, with constant and with variable coefficients
 # (docs/theory/energy), and what they take of a particle: four fields, three arrays of the user, two
 # sums, and the second force array that lends its memory; what Verlet carries over the drift.
-ENERGY = {"pair_splitting": (2.0, 4.1), "velocity_verlet": (2.4, 5.4)}
+ENERGY = {"pair_splitting": (1.8, 3.5), "velocity_verlet": (3.7, 7.7)}
 BYTES_FOR_ENERGY = {"pair_splitting": 136.0, "velocity_verlet": 168.0}
 
 

@@ -1,6 +1,6 @@
 """Parts of a step, from outside: differences of full steps that do without one thing each.
 
-`Simulation` does not tell the time of its phases yet; where it does, they belong here.
+They tell friction from noise, which share the phases that `Simulation.profile` has.
 """
 
 from __future__ import annotations
