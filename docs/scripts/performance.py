@@ -47,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     report.figure(bench.plot_effects(costs), "effects")
     studies["effects"] = costs
     try:
-        peer = bench.run_peer(sizes=small, supports=supports, **options)
+        peer = bench.run_peer(sizes=small[:1], supports=supports, **options)
     except FileNotFoundError as absent:
         print(f"no peer: {absent}", file=sys.stderr)
     else:
