@@ -15,7 +15,7 @@ use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
 use crate::state::Particles;
 use crate::stopwatch::{Phase, Stopwatch};
-use crate::sweep::{HeatTally, Tally};
+use crate::sweep::{HeatTally, Instructions, Tally};
 use crate::thermal::{Thermal, ThermalSettings};
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
@@ -198,6 +198,7 @@ impl Engine {
                 "`positions` must hold fewer than 2^32 - 1 particles, got {n}"
             )));
         }
+        Instructions::check()?;
         let dimension = settings.combination.dimension;
         let integrator = registry::build(&settings.combination, settings.iterations)?;
         if settings.edges.len() != dimension {

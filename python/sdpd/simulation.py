@@ -224,7 +224,7 @@ class Simulation(Particles):
         Notes
         -----
         Of all steps since the start or the last reset. The clock is read some ten times a step,
-        about 0.3 microseconds in all.
+        whatever the number of particles.
         """
         seconds, steps = self._core.profile(validation.boolean("reset", reset))
         return TimeProfile(

@@ -306,7 +306,7 @@ impl BlockList {
     ) {
         let begin = self.pairs();
         let mut length = begin;
-        let from = Separation::<W>::new(&position[head as usize], cell);
+        let head_at = Separation::<W>::new(&position[head as usize], cell);
         let near = W::splat(cutoff2);
         for run in &self.runs {
             let start = run.start.max(head + 1);
@@ -327,7 +327,7 @@ impl BlockList {
                 // SAFETY: slots of particles, and room for eight behind each place.
                 unsafe {
                     let other = W::columns(position.as_ptr(), &consecutive(slot, position.len()));
-                    let keep = from.square::<D>(&other).below(near) & there;
+                    let keep = head_at.from::<D>(&other).1.below(near) & there;
                     let first = slot.wrapping_add(run.shift) as u16;
                     let to = self.neighbours.as_mut_ptr().add(length);
                     to.cast::<[u16; LANES]>()

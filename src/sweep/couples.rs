@@ -126,18 +126,10 @@ impl Couples {
             let second = [s0[1], s1[1], s2[1], s3[1], s4[1], s5[1], s6[1], s7[1]];
             let i = W::columns(position.as_ptr(), &first);
             let j = W::columns(position.as_ptr(), &second);
-            let x = wrap.along(0, i[0].minus(j[0]));
-            let y = wrap.along(1, i[1].minus(j[1]));
-            let z = wrap.along(2, i[2].minus(j[2]));
-            let mut r2 = x.times(x).plus_product(y, y);
-            if D == 3 {
-                r2 = r2.plus_product(z, z);
-            }
+            let (r, r2) = wrap.between::<D>(&i, &j);
             let keep = r2.below(W::splat(1.0)) & there;
-            x.store_kept(keep, self.r[0].as_mut_ptr().add(at));
-            y.store_kept(keep, self.r[1].as_mut_ptr().add(at));
-            if D == 3 {
-                z.store_kept(keep, self.r[2].as_mut_ptr().add(at));
+            for a in 0..D {
+                r[a].store_kept(keep, self.r[a].as_mut_ptr().add(at));
             }
             r2.store_kept(keep, self.r2.as_mut_ptr().add(at));
             let weight = i[3].times(j[3]);

@@ -15,7 +15,8 @@ struct DensityTask<'a, K, const D: usize> {
     near: &'a mut Rows,
     cell: &'a PeriodicBox,
     position: &'a [[f64; 4]],
-    density: Shared<'a, f64>,
+    /// Where the sums go, if they are wanted.
+    density: Option<Shared<'a, f64>>,
     kernel: std::marker::PhantomData<K>,
 }
 
@@ -48,6 +49,9 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
                         &mut length,
                     );
                 }
+                let Some(density) = self.density else {
+                    continue;
+                };
                 for x in &mut weight[..whole(count)] {
                     let r2 = *x;
                     *x = K::w::<D>(
@@ -64,15 +68,17 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
                     // SAFETY: blocks of one colour share no particle, and other != head.
                     unsafe {
                         let other = *block.slots.get_unchecked(place as usize);
-                        *self.density.slot(other) += w;
+                        *density.slot(other) += w;
                     }
                 }
             }
             if length > before {
                 near.ends.push([head, length as u32]);
             }
-            // SAFETY: as above.
-            unsafe { *self.density.slot(head) += own };
+            if let Some(density) = self.density {
+                // SAFETY: as above.
+                unsafe { *density.slot(head) += own };
+            }
         }
     }
 }
@@ -85,17 +91,12 @@ pub fn number_densities<K: Kernel, const D: usize>(
     cell: &PeriodicBox,
 ) {
     particles.density.fill(K::w::<D>(0.0));
-    sum_kernel::<K, D>(
-        Shared::new(&mut particles.density),
-        &particles.position,
-        grid,
-        list,
-        cell,
-    );
+    let density = Shared::new(&mut particles.density);
+    sweep::<K, D>(Some(density), &particles.position, grid, list, cell);
 }
 
-fn sum_kernel<K: Kernel, const D: usize>(
-    density: Shared<'_, f64>,
+fn sweep<K: Kernel, const D: usize>(
+    density: Option<Shared<'_, f64>>,
     position: &[[f64; 4]],
     grid: &Grid,
     list: &mut PairList,
@@ -124,9 +125,7 @@ pub(super) fn know_near<K: Kernel, const D: usize>(
     cell: &PeriodicBox,
 ) {
     if !list.near_is_known {
-        let mut unused = vec![0.0; particles.len()];
-        let unused = Shared::new(&mut unused);
-        sum_kernel::<K, D>(unused, &particles.position, grid, list, cell);
+        sweep::<K, D>(None, &particles.position, grid, list, cell);
     }
 }
 

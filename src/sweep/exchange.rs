@@ -55,23 +55,6 @@ impl<const D: usize, const NOISE: bool> Task for Gather<'_, '_, D, NOISE> {
     }
 }
 
-/// Draws the noise.
-struct Draw<'a, V, const COUNT: usize, const SIGNED: bool> {
-    lanes: &'a mut Lanes,
-    key: &'a SweepKey,
-    form: PhantomData<V>,
-}
-
-impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, COUNT, SIGNED> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<W: Wide>(self) {
-        let Lanes { noise, pairs, .. } = self.lanes;
-        noise.draw::<V, W::Arithmetic>(self.key, pairs.count, COUNT, SIGNED);
-    }
-}
-
 /// All that does not depend on the velocities.
 struct Terms<'a, K, F, const D: usize, const NOISE: bool> {
     lanes: &'a mut Lanes,
@@ -235,7 +218,7 @@ impl Sweep<'_> {
         while !rest.is_empty() {
             if V::ON {
                 self.gather::<D, true>(block, &mut rest, lanes);
-                self.draw::<F, V, D>(lanes);
+                lanes.noise.draw::<F, V, D>(&self.key, lanes.pairs.count);
                 self.terms::<K, F, D, true>(lanes);
             } else {
                 self.gather::<D, false>(block, &mut rest, lanes);
@@ -274,15 +257,6 @@ impl Sweep<'_> {
             rest,
             lanes,
         });
-    }
-
-    fn draw<F: FrictionForm, V: Variate, const D: usize>(&self, lanes: &mut Lanes) {
-        let (key, form) = (&self.key, PhantomData::<V>);
-        if F::CENTRAL {
-            run_wide(Draw::<V, 1, false> { lanes, key, form });
-        } else {
-            run_wide(Draw::<V, D, true> { lanes, key, form });
-        }
     }
 
     fn terms<K: Kernel, F: FrictionForm, const D: usize, const NOISE: bool>(

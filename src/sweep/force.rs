@@ -117,23 +117,6 @@ impl<const D: usize, const FRICTION: bool, const NOISE: bool> Task
     }
 }
 
-/// Draws the noise.
-struct Draw<'a, V, const COUNT: usize, const SIGNED: bool> {
-    lanes: &'a mut Lanes,
-    key: &'a SweepKey,
-    form: PhantomData<V>,
-}
-
-impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, COUNT, SIGNED> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<W: Wide>(self) {
-        let Lanes { noise, pairs, .. } = self.lanes;
-        noise.draw::<V, W::Arithmetic>(self.key, pairs.count, COUNT, SIGNED);
-    }
-}
-
 /// From separations, velocities and noise to forces.
 struct Compute<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
     lanes: &'a mut Lanes,
@@ -326,7 +309,7 @@ fn sweep_block<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CON
             _ => gather::<D, false, false>(source, near, block, walk, lanes),
         }
         if V::ON {
-            draw::<F, V, D>(lanes, key);
+            lanes.noise.draw::<F, V, D>(key, lanes.pairs.count);
         }
         run_wide(Compute::<K, F, V, D, CONSERVATIVE> {
             lanes,
@@ -363,15 +346,6 @@ fn gather<const D: usize, const FRICTION: bool, const NOISE: bool>(
         walk,
         lanes,
     });
-}
-
-fn draw<F: FrictionForm, V: Variate, const D: usize>(lanes: &mut Lanes, key: &SweepKey) {
-    let form = PhantomData::<V>;
-    if F::CENTRAL {
-        run_wide(Draw::<V, 1, false> { lanes, key, form });
-    } else {
-        run_wide(Draw::<V, D, true> { lanes, key, form });
-    }
 }
 
 /// Sets `force` to the sum of the conservative force and, where their types are on, drag and noise.

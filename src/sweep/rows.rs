@@ -1,12 +1,14 @@
 //! Pairs in lanes: the rows of a block's list, as many at a time as a chunk takes, and of these the
 //! pairs within the support.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use super::wide::LANES;
-use super::{CHUNK, Shared, Walk, Wide};
+use super::{CHUNK, Shared, Task, Walk, Wide, run_wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Rows};
+use crate::physics::FrictionForm;
 use crate::random::{
     Arithmetic, ROUNDER, SweepKey, Variate, ln, pair_counter, philox4x32_lanes, unit_interval,
 };
@@ -87,12 +89,24 @@ impl<W: Wide> Wrap<W> {
         }
     }
 
-    /// Along one axis.
     #[inline(always)]
-    pub(super) fn along(&self, axis: usize, r: W) -> W {
+    fn along(&self, axis: usize, r: W) -> W {
         let turns = self.rounder.plus_product(r, self.inverse[axis]);
         let turns = turns.minus(self.rounder);
         r.less_product(self.edges[axis], turns)
+    }
+
+    /// From the second ends to the first, and the squares; the third component of two is 0.
+    #[inline(always)]
+    pub(super) fn between<const D: usize>(&self, first: &[W; 4], second: &[W; 4]) -> ([W; 3], W) {
+        let x = self.along(0, first[0].minus(second[0]));
+        let y = self.along(1, first[1].minus(second[1]));
+        let plane = x.times(x).plus_product(y, y);
+        if D == 2 {
+            return ([x, y, W::splat(0.0)], plane);
+        }
+        let z = self.along(2, first[2].minus(second[2]));
+        ([x, y, z], plane.plus_product(z, z))
     }
 }
 
@@ -105,32 +119,17 @@ pub(crate) struct Separation<W> {
 impl<W: Wide> Separation<W> {
     #[inline(always)]
     pub(crate) fn new(head: &[f64; 4], cell: &PeriodicBox) -> Self {
+        let [x, y, z, s] = *head;
         Self {
-            head: [
-                W::splat(head[0]),
-                W::splat(head[1]),
-                W::splat(head[2]),
-                W::splat(head[3]),
-            ],
+            head: [W::splat(x), W::splat(y), W::splat(z), W::splat(s)],
             wrap: Wrap::new(cell),
         }
     }
 
+    /// The head's less the others' positions, and the squares.
     #[inline(always)]
-    fn along(&self, axis: usize, other: W) -> W {
-        self.wrap.along(axis, self.head[axis].minus(other))
-    }
-
-    /// Square distances.
-    #[inline(always)]
-    pub(crate) fn square<const D: usize>(&self, other: &[W; 4]) -> W {
-        let (x, y) = (self.along(0, other[0]), self.along(1, other[1]));
-        let plane = x.times(x).plus_product(y, y);
-        if D == 2 {
-            return plane;
-        }
-        let z = self.along(2, other[2]);
-        plane.plus_product(z, z)
+    pub(crate) fn from<const D: usize>(&self, others: &[W; 4]) -> ([W; 3], W) {
+        self.wrap.between::<D>(&self.head, others)
     }
 }
 
@@ -153,14 +152,14 @@ pub(super) unsafe fn square_distances<W: Wide, const D: usize>(
     near: &mut Rows,
     length: &mut usize,
 ) {
-    let from = Separation::<W>::new(&position[head as usize], cell);
+    let head_at = Separation::<W>::new(&position[head as usize], cell);
     let support = W::splat(1.0);
     for k in (0..count).step_by(LANES) {
         // SAFETY: slots of particles; a list has room for eight more than its pairs.
         unsafe {
             let (places, slots) = eight(&block.neighbours, &block.slots, first + k);
             let other = W::columns(position.as_ptr(), &slots);
-            let square = from.square::<D>(&other);
+            let (_, square) = head_at.from::<D>(&other);
             square.store(r2.as_mut_ptr().add(k));
             let keep = square.below(support) & first_lanes(count - k);
             let to = near.places.as_mut_ptr().add(*length);
@@ -247,24 +246,19 @@ impl Pairs {
         pairs: Range<usize>,
         companion: &mut impl Companion<W>,
     ) {
-        let from = Separation::<W>::new(&position[head as usize], cell);
+        let head_at = Separation::<W>::new(&position[head as usize], cell);
         companion.begin(head);
         for k in pairs.step_by(LANES) {
             // SAFETY: slots of particles; free lanes for all partners and seven more.
             unsafe {
                 let (_, slots) = eight(&near.places, slots, k);
                 let other = W::columns(position.as_ptr(), &slots);
-                let (x, y) = (from.along(0, other[0]), from.along(1, other[1]));
-                x.store(self.r[0].as_mut_ptr().add(lane));
-                y.store(self.r[1].as_mut_ptr().add(lane));
-                let mut r2 = x.times(x).plus_product(y, y);
-                if D == 3 {
-                    let z = from.along(2, other[2]);
-                    z.store(self.r[2].as_mut_ptr().add(lane));
-                    r2 = r2.plus_product(z, z);
+                let (r, r2) = head_at.from::<D>(&other);
+                for a in 0..D {
+                    r[a].store(self.r[a].as_mut_ptr().add(lane));
                 }
                 r2.store(self.r2.as_mut_ptr().add(lane));
-                let weight = from.head[3].times(other[3]);
+                let weight = head_at.head[3].times(other[3]);
                 weight.store(self.weight.as_mut_ptr().add(lane));
                 let to = self.other.as_mut_ptr().add(lane);
                 for n in 0..LANES {
@@ -413,25 +407,56 @@ impl<const N: usize> Noise<N> {
         let [low, high] = [self.names[0][lane], self.names[1][lane]];
         philox4x32_lanes([low, high, key.tail[0], key.tail[1]], key.key)
     }
+}
 
-    /// Draws so many variates for each pair: those of (i, j) are those of (j, i), with the other sign
-    /// if they are `signed`.
+/// Draws the noise of friction.
+struct Draw<'a, V, const COUNT: usize, const SIGNED: bool> {
+    noise: &'a mut Noise<3>,
+    key: &'a SweepKey,
+    count: usize,
+    form: PhantomData<V>,
+}
+
+impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, COUNT, SIGNED> {
+    type Output = ();
+
     #[inline(always)]
-    pub(super) fn draw<V: Variate, A: Arithmetic>(
+    fn run<W: Wide>(self) {
+        let (noise, count) = (self.noise, whole(self.count));
+        noise.count(count, SIGNED);
+        for lane in 0..count {
+            let words = noise.words(self.key, lane);
+            let xi = V::draw::<W::Arithmetic>(words, noise.sign[lane], COUNT);
+            for a in 0..COUNT {
+                noise.xi[a][lane] = xi[a];
+            }
+        }
+    }
+}
+
+impl Noise<3> {
+    /// Draws what the form of friction wants of each pair: one number, or D of them, those of (i, j)
+    /// being those of (j, i) with the other sign.
+    pub(super) fn draw<F: FrictionForm, V: Variate, const D: usize>(
         &mut self,
         key: &SweepKey,
         count: usize,
-        variates: usize,
-        signed: bool,
     ) {
-        let count = whole(count);
-        self.count(count, signed);
-        for lane in 0..count {
-            let words = self.words(key, lane);
-            let xi = V::draw::<A>(words, self.sign[lane], variates);
-            for a in 0..variates.min(N) {
-                self.xi[a][lane] = xi[a];
-            }
+        let (noise, form) = (self, PhantomData::<V>);
+        if F::CENTRAL {
+            run_wide(Draw::<V, 1, false> {
+                noise,
+                key,
+                count,
+                form,
+            });
+        } else {
+            run_wide(Draw::<V, D, true> {
+                noise,
+                key,
+                count,
+                form,
+            });
         }
     }
 }

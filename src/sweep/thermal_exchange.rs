@@ -238,7 +238,8 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 .exchange
                 .at_weight::<X, A>(decay, early, g, ends, V::ON);
         }
-        self.exchange.at_energies::<X, A>(decay, g, ends, V::ON)
+        self.exchange
+            .at_energies::<X, A, false>(decay, g, ends, V::ON)
     }
 
     /// The weight of a pair's conduction with the factor of kappa.
@@ -405,12 +406,18 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             return 0;
         }
         let (pairs, _) = lanes.pairs.slots[k..].as_chunks::<LANES>();
-        let pairs = &pairs[0];
-        let several = disjoint::<W>(pairs).min(lanes.pairs.count - k);
+        let mut pairs = pairs[0];
+        // Behind the last pair the first again, which ends what is disjoint: no slot of another
+        // block may be read.
+        let left = (lanes.pairs.count - k).min(LANES);
+        for lane in left..LANES {
+            pairs[lane] = pairs[0];
+        }
+        let several = disjoint::<W>(&pairs);
         if several < LEAST {
             return 0;
         }
-        let [p0, p1, p2, p3, p4, p5, p6, p7] = *pairs;
+        let [p0, p1, p2, p3, p4, p5, p6, p7] = pairs;
         let slots = [
             [p0[0], p1[0], p2[0], p3[0], p4[0], p5[0], p6[0], p7[0]],
             [p0[1], p1[1], p2[1], p3[1], p4[1], p5[1], p6[1], p7[1]],
@@ -497,7 +504,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             let g = lanes.pairs.weight[n];
             let d = self
                 .exchange
-                .at_energies_nearby::<X, A>(decay, g, &ends, V::ON);
+                .at_energies::<X, A, true>(decay, g, &ends, V::ON);
             let half_across = 0.5 * d.across;
             let along = 0.5 * (d.along - d.across) * lanes.inverse_r2[n] * approach;
             let (mut strength, mut excess) = (0.0, 0.0);

@@ -8,6 +8,7 @@
 
 use std::sync::OnceLock;
 
+use crate::error::{Error, Result};
 use crate::random::{Arithmetic, Plain};
 
 /// Lanes of a [`Wide`] value.
@@ -508,16 +509,27 @@ impl Instructions {
     }
 
     /// The widest ones of this machine, or less where the environment asks for it:
-    /// `SDPD_INSTRUCTIONS` = portable, avx2 or avx512, read once.
+    /// `SDPD_INSTRUCTIONS` = portable, avx2 or avx512, read once. The widest, too, where it asks for
+    /// others: see `check`.
     pub fn chosen() -> Self {
         static CHOSEN: OnceLock<Instructions> = OnceLock::new();
         *CHOSEN.get_or_init(|| {
-            let wish = std::env::var("SDPD_INSTRUCTIONS").unwrap_or_default();
-            Self::available()
-                .into_iter()
-                .find(|found| wish.is_empty() || found.name() == wish)
-                .unwrap_or(Self::Portable)
+            let (wish, all) = (wish(), Self::available());
+            let wished = all.iter().find(|found| found.name() == wish);
+            *wished.unwrap_or(&all[0])
         })
+    }
+
+    /// Objects to a wish for instructions that this machine has not.
+    pub fn check() -> Result<()> {
+        let (wish, all) = (wish(), Self::available());
+        let names: Vec<&str> = all.iter().map(|found| found.name()).collect();
+        if wish.is_empty() || names.contains(&wish.as_str()) {
+            return Ok(());
+        }
+        Err(Error::Invalid(format!(
+            "`SDPD_INSTRUCTIONS` in the environment must be one of {names:?} on this machine, got {wish:?}"
+        )))
     }
 
     /// Those of this machine, widest first.
@@ -544,6 +556,10 @@ impl Instructions {
         }
         found
     }
+}
+
+fn wish() -> String {
+    std::env::var("SDPD_INSTRUCTIONS").unwrap_or_default()
 }
 
 /// Runs a task with the widest instructions there are.

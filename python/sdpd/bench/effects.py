@@ -5,7 +5,6 @@ And whether an effect that is switched off costs what its absence costs.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -13,13 +12,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from sdpd import equations_of_state as eos
 from sdpd import fluids, kernels, running, timestep, validation
-from sdpd.bench.fluid import SHORTEST_EDGE, SPACING, WATER, edges, liquid, water
+from sdpd.bench.fluid import SHORTEST_EDGE, SPACING, WATER, edges, liquid, simulation, water
 from sdpd.bench.machine import Machine
 from sdpd.bench.study import Study
 from sdpd.bench.turns import Runs, Spread, take_turns
 from sdpd.box import Box
 from sdpd.effects import Effects, UniformForce
-from sdpd.errors import SdpdWarning
 from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet
 from sdpd.progress import bar, wanted
 from sdpd.scene import Scene
@@ -381,8 +379,6 @@ class _Bench:
 
     def _simulation(self, side: _Side, dt: float) -> Simulation:
         """In equilibrium where there are no walls, else as it starts."""
-        from sdpd.simulation import Simulation
-
         scene = side.scene
         if scene.walls:
             start = None
@@ -390,16 +386,9 @@ class _Bench:
             start = liquid(scene)
         else:
             start = self._start
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SdpdWarning)
-            return Simulation(
-                scene,
-                integrator=side.integrator,
-                dt=dt,
-                threads=self._threads,
-                seed=2,
-                positions=start,
-            )
+        return simulation(
+            scene, integrator=side.integrator, dt=dt, threads=self._threads, positions=start
+        )
 
 
 def _observers() -> dict[str, Callable[[], Observer]]:

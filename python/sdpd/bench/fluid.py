@@ -9,7 +9,7 @@ import itertools
 import warnings
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,10 @@ from sdpd.initial import RandomStart
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
 
-__all__ = ["SOUND_SPEED", "SPACING", "WATER", "edges", "liquid", "water"]
+if TYPE_CHECKING:
+    from sdpd.simulation import Simulation
+
+__all__ = ["SOUND_SPEED", "SPACING", "WATER", "edges", "liquid", "simulation", "water"]
 
 Array = NDArray[np.float64]
 
@@ -97,14 +100,28 @@ def water(
         return Scene(**arguments)
 
 
+def simulation(scene: Scene, **options: Any) -> Simulation:
+    """Of what is timed, without a warning; seed 2 unless told otherwise.
+
+    Parameters
+    ----------
+    scene : Scene
+    **options
+        Of `Simulation`.
+    """
+    from sdpd.simulation import Simulation
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SdpdWarning)
+        return Simulation(scene, **{"seed": 2, **options})
+
+
 def liquid(scene: Scene, *, settling: int = SETTLING) -> Array:
     """Positions in equilibrium [m], shape (N, D), of a periodic scene of `water`.
 
     A smaller box whose edge divides that of the scene, relaxed and run for some steps, side by side
     with itself: as disordered as any fluid, and as quick to make at a million particles.
     """
-    from sdpd.simulation import Simulation
-
     edge, dimension = round(scene.box.lengths[0] / SPACING), scene.dimension
     small = _pattern_edge(edge)
     pattern = scene.replace(
@@ -115,11 +132,9 @@ def liquid(scene: Scene, *, settling: int = SETTLING) -> Array:
             support=scene.resolution.support,
         ),
     )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
-        start = SPACING * _disorder(small, dimension)
-        sim = Simulation(pattern, seed=1, threads=1, positions=start)
-        sim.run(settling, progress=False)
+    start = SPACING * _disorder(small, dimension)
+    sim = simulation(pattern, seed=1, threads=1, positions=start)
+    sim.run(settling, progress=False)
     places = itertools.product(range(edge // small), repeat=dimension)
     return np.concatenate([sim.positions + small * SPACING * np.array(place) for place in places])
 

@@ -5,16 +5,13 @@ They tell friction from noise, which share the phases that `Simulation.profile` 
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from sdpd.bench.fluid import liquid, water
+from sdpd.bench.fluid import liquid, simulation, water
 from sdpd.bench.turns import Runs, Spread, take_turns
 from sdpd.effects import Effects
-from sdpd.errors import SdpdWarning
 from sdpd.integrators import Integrator, VelocityVerlet
-from sdpd.scene import Scene
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
@@ -81,7 +78,13 @@ def measure_parts(
 
     def ready(effects: Effects | None = None, integrator: Integrator | None = None) -> Simulation:
         case = scene if effects is None else water(edge, support, effects=effects)
-        return _simulation(case, integrator or VelocityVerlet(), threads, start)
+        return simulation(
+            case,
+            integrator=integrator or VelocityVerlet(),
+            dt=STEP * water(8, support).friction_time,
+            threads=threads,
+            positions=start,
+        )
 
     runs = {
         "bare": Runs(ready(BARE), turn),
@@ -104,18 +107,3 @@ def measure_parts(
         Part(name=name, particles=edge**3, support=support, pairs=pairs, time=time)
         for name, time in found.items()
     ]
-
-
-def _simulation(scene: Scene, integrator: Integrator, threads: int, start: object) -> Simulation:
-    from sdpd.simulation import Simulation
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
-        return Simulation(
-            scene,
-            integrator=integrator,
-            dt=STEP * water(8, scene.resolution.support).friction_time,
-            threads=threads,
-            seed=2,
-            positions=start,  # type: ignore[arg-type]
-        )

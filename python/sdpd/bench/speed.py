@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -11,13 +10,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 from sdpd import kernels as kernel_table
 from sdpd import running, validation
-from sdpd.bench.fluid import edges, liquid, water
+from sdpd.bench.fluid import edges, liquid, simulation, water
 from sdpd.bench.machine import Machine
 from sdpd.bench.parts import Part, measure_parts
 from sdpd.bench.study import Study
 from sdpd.bench.turns import Lists, Runs, Spread, take_turns
 from sdpd.effects import Effects
-from sdpd.errors import SdpdWarning
 from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet
 from sdpd.progress import bar, wanted
 from sdpd.units import table
@@ -265,12 +263,8 @@ def _measure(
 
 
 def _simulation(edge: int, support: float, kernel: str, step: str, threads: int) -> Simulation:
-    from sdpd.simulation import Simulation
-
     integrator, noisy = STEPS[step]
     effects = Effects(fluctuations=None if noisy else False)
     scene = water(edge, support, kernel, effects=effects)
     start = liquid(water(edge, support, kernel))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
-        return Simulation(scene, integrator=integrator, threads=threads, seed=2, positions=start)
+    return simulation(scene, integrator=integrator, threads=threads, positions=start)

@@ -63,6 +63,12 @@ impl Ends {
         y * y
     }
 
+    /// Weight g times 1/(2 k) - c.
+    #[inline(always)]
+    fn excess(&self, g: f64) -> f64 {
+        0.5 * self.inverse_capacity * self.spread_of() * g
+    }
+
     /// c, the share of the fluctuations in the friction.
     #[inline(always)]
     pub(super) fn share(&self) -> f64 {
@@ -136,10 +142,11 @@ fn expm1_small(x: f64) -> f64 {
     }
 }
 
-/// exp(-whole) - 1 from exp(-(whole - more)) - 1, where `more` is small nearly always, of any sign.
+/// exp(-whole) - 1 from exp(-(whole - more)) - 1, where `more`, of any sign, is small: nearly always,
+/// or known to be.
 #[inline(always)]
-fn further<A: Arithmetic>(decay: f64, more: f64, whole: f64) -> f64 {
-    if more.abs() < SMALL {
+fn further<A: Arithmetic, const NEARBY: bool>(decay: f64, more: f64, whole: f64) -> f64 {
+    if NEARBY || more.abs() < SMALL {
         A::fused(1.0 + decay, expm1_series::<A>(more), decay)
     } else {
         expm1_negative(whole)
@@ -165,9 +172,10 @@ impl ThermalExchange {
         self.relaxed::<A>(weight)
     }
 
-    /// The same at the present energies: c = (1 - y^2)/(2 k) is smaller where they differ.
+    /// The same at the present energies: c = (1 - y^2)/(2 k) is smaller where they differ. `NEARBY`
+    /// where `is_nearby` is known: the same bits without a branch.
     #[inline(always)]
-    pub fn at_energies<X: Exchanges, A: Arithmetic>(
+    pub fn at_energies<X: Exchanges, A: Arithmetic, const NEARBY: bool>(
         &self,
         decay: FrictionDecay,
         g: f64,
@@ -177,11 +185,11 @@ impl ThermalExchange {
         if !(noise && X::HEATING) {
             return decay;
         }
-        let more = 0.5 * ends.inverse_capacity * ends.spread_of() * g;
-        self.relaxed_further::<A>(decay, more, g * (1.0 - ends.share()))
+        let whole = g * (1.0 - ends.share());
+        self.relaxed_further::<A, NEARBY>(decay, ends.excess(g), whole)
     }
 
-    /// Does `at_energies_nearby` serve? Else `at_energies` takes the long way.
+    /// Is what `at_energies` adds small for both rates? Then it needs no branch.
     #[inline(always)]
     pub fn is_nearby<X: Exchanges>(&self, g: f64, ends: &Ends, noise: bool) -> bool {
         if !(noise && X::HEATING) {
@@ -192,28 +200,7 @@ impl ThermalExchange {
         } else {
             self.rate_across
         };
-        rate * (0.5 * ends.inverse_capacity * ends.spread_of() * g) < SMALL
-    }
-
-    /// `at_energies` without a branch, with the same bits.
-    #[inline(always)]
-    pub fn at_energies_nearby<X: Exchanges, A: Arithmetic>(
-        &self,
-        decay: FrictionDecay,
-        g: f64,
-        ends: &Ends,
-        noise: bool,
-    ) -> FrictionDecay {
-        if !(noise && X::HEATING) {
-            return decay;
-        }
-        let more = 0.5 * ends.inverse_capacity * ends.spread_of() * g;
-        let nearby =
-            |decay: f64, rate: f64| A::fused(1.0 + decay, expm1_series::<A>(rate * more), decay);
-        FrictionDecay {
-            across: nearby(decay.across, self.rate_across),
-            along: nearby(decay.along, self.rate_along),
-        }
+        rate * ends.excess(g) < SMALL
     }
 
     /// The same for a weight that has become `g` since: `early` is that of the decay.
@@ -231,7 +218,7 @@ impl ThermalExchange {
             more += 0.5 * self.constant.inverse_capacity * early - ends.share() * g;
             whole -= ends.share() * g;
         }
-        self.relaxed_further::<A>(decay, more, whole)
+        self.relaxed_further::<A, false>(decay, more, whole)
     }
 
     /// Decay by friction of a pair at its present energies, from scratch.
@@ -254,7 +241,7 @@ impl ThermalExchange {
     ) -> FrictionDecay {
         if X::HEATING {
             let more = (ends.share() - then.share()) * g;
-            self.relaxed_further::<Plain>(decay, more, g * (1.0 - then.share()))
+            self.relaxed_further::<Plain, false>(decay, more, g * (1.0 - then.share()))
         } else {
             decay
         }
@@ -269,13 +256,13 @@ impl ThermalExchange {
     }
 
     #[inline(always)]
-    fn relaxed_further<A: Arithmetic>(
+    fn relaxed_further<A: Arithmetic, const NEARBY: bool>(
         &self,
         decay: FrictionDecay,
         more: f64,
         whole: f64,
     ) -> FrictionDecay {
-        let further = |decay, rate: f64| further::<A>(decay, rate * more, rate * whole);
+        let further = |decay, rate: f64| further::<A, NEARBY>(decay, rate * more, rate * whole);
         FrictionDecay {
             across: further(decay.across, self.rate_across),
             along: further(decay.along, self.rate_along),
@@ -306,7 +293,7 @@ impl ThermalExchange {
         noise: bool,
     ) -> HeatDecay {
         let now = g * ends.inverse_capacity;
-        let heat = further::<Plain>(decay, self.heat * (now - early), self.heat * now);
+        let heat = further::<Plain, false>(decay, self.heat * (now - early), self.heat * now);
         let (mut spread, mut loss) = (0.0, 0.0);
         if noise {
             let kept = 1.0 + heat;

@@ -83,7 +83,8 @@ fn a_pair_comes_to_its_equilibrium() {
             let words = SweepKey::new(5, Stream::PairExchange, step, 0).pair_words(0, 1);
             let xi = Gaussian::draw_four::<Plain>(words);
             let decays = exchange.friction::<Full, Plain>(1.0, true);
-            let decays = exchange.at_energies::<Full, Plain>(decays, 1.0, &exchange.ends(e), true);
+            let decays =
+                exchange.at_energies::<Full, Plain, false>(decays, 1.0, &exchange.ends(e), true);
             let root = |m: f64| (-m * (2.0 + m)).sqrt();
             let width = exchange.ends(e).width::<Full>();
             let square = |u: [f64; 3]| u.iter().map(|x| x * x).sum::<f64>();
