@@ -530,7 +530,7 @@ impl Engine {
             .install(|| integrator.run(self, steps, scaled))
             // The last kick of a run is followed by no drift that would notice.
             .and_then(|()| self.check_finite());
-        self.stopwatch.steps += self.step - begun;
+        self.stopwatch.end(self.step - begun);
         if result.is_err() {
             self.each_observer(|observer| observer.forget());
             self.walls.impulse = impulse;

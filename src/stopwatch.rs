@@ -38,6 +38,7 @@ pub const PHASES: [(Phase, &str); 7] = [
 pub struct Stopwatch {
     spent: [Duration; PHASES.len()],
     since: Instant,
+    running: bool,
     /// Steps done meanwhile.
     pub steps: u64,
 }
@@ -47,6 +48,7 @@ impl Default for Stopwatch {
         Self {
             spent: [Duration::ZERO; PHASES.len()],
             since: Instant::now(),
+            running: false,
             steps: 0,
         }
     }
@@ -56,11 +58,21 @@ impl Stopwatch {
     /// A run begins: the time since the last one is nobody's.
     pub fn begin(&mut self) {
         self.since = Instant::now();
+        self.running = true;
+    }
+
+    /// It ends after so many steps: what is brought up to date between runs does not count.
+    pub fn end(&mut self, steps: u64) {
+        self.running = false;
+        self.steps += steps;
     }
 
     /// What has been done since the last call belongs to a phase.
     #[inline]
     pub fn lap(&mut self, phase: Phase) {
+        if !self.running {
+            return;
+        }
         let now = Instant::now();
         self.spent[phase as usize] += now - self.since;
         self.since = now;
@@ -84,6 +96,10 @@ mod tests {
         std::thread::sleep(Duration::from_millis(5));
         stopwatch.lap(Phase::Forces);
         stopwatch.lap(Phase::Motion);
+        stopwatch.end(3);
+        stopwatch.lap(Phase::Lists);
+        assert_eq!(stopwatch.steps, 3);
+        assert_eq!(stopwatch.seconds()[Phase::Lists as usize], 0.0);
         let seconds = stopwatch.seconds();
         assert!(seconds[Phase::Forces as usize] >= 0.005);
         assert!(seconds.iter().sum::<f64>() < 0.02);

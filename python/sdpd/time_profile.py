@@ -56,8 +56,8 @@ class TimeProfile:
     @property
     def per_particle_step(self) -> dict[str, float]:
         """By phase [ns per particle and step]; 0 where no step was done."""
-        count = max(1, self.steps * self.n_particles)
-        return {name: 1e9 * spent / count for name, spent in self.seconds.items()}
+        count = self.steps * self.n_particles
+        return {n: 1e9 * spent / count if count else 0.0 for n, spent in self.seconds.items()}
 
     def as_dict(self) -> dict[str, Any]:
         """All numbers, for JSON."""
