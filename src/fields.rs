@@ -19,8 +19,8 @@ const TASK: usize = 16;
 pub fn weight(kernel: &str, dimension: usize) -> Option<fn(f64) -> f64> {
     fn of<K: Kernel>(dimension: usize) -> fn(f64) -> f64 {
         match dimension {
-            2 => K::w::<2>,
-            _ => K::w::<3>,
+            2 => K::w::<_, 2>,
+            _ => K::w::<_, 3>,
         }
     }
     match kernel {

@@ -13,6 +13,7 @@ use crate::physics::{
     HeatingGeneral, HeatingMetropolis, HeatingVariable,
 };
 use crate::random::{Gaussian, Silent, Uniform, Variate};
+use crate::sweep::{Double, Mixed, Precision};
 
 /// Dimensions.
 pub const DIMENSIONS: [usize; 2] = [2, 3];
@@ -29,6 +30,9 @@ pub const FRICTIONS: [&str; 3] = [Frictionless::NAME, General::NAME, Central::NA
 pub const NOISES: [&str; 3] = [Silent::NAME, Gaussian::NAME, Uniform::NAME];
 /// Integrators.
 pub const INTEGRATORS: [&str; 2] = ["velocity_verlet", "pair_splitting"];
+
+/// Precision in which pairs are worked off.
+pub const PRECISIONS: [&str; 2] = [Double::NAME, Mixed::NAME];
 
 /// What exchanges energy between the particles of a fluid that is not isothermal; the first: it is.
 pub const EXCHANGES: [&str; 18] = [
@@ -76,6 +80,8 @@ pub struct Combination {
     pub integrator: String,
     /// What exchanges energy: one of [`EXCHANGES`], "none" for an isothermal fluid.
     pub exchanges: String,
+    /// One of [`PRECISIONS`].
+    pub precision: String,
 }
 
 impl Combination {
@@ -96,6 +102,7 @@ impl Combination {
             .or_else(|| one_of("noise", &self.noise, &NOISES))
             .or_else(|| one_of("integrator", &self.integrator, &INTEGRATORS))
             .or_else(|| one_of("exchanges", &self.exchanges, &EXCHANGES))
+            .or_else(|| one_of("precision", &self.precision, &PRECISIONS))
             .or_else(|| self.mismatch())
             .or_else(|| {
                 (self.integrator == "pair_splitting" && self.noise == "uniform").then(|| {
@@ -113,6 +120,12 @@ impl Combination {
                     self.noise
                 )
             });
+        }
+        if self.precision != Double::NAME {
+            return Some(format!(
+                "`precision` must be \"double\" for a fluid with an energy (its books close to rounding), got {:?}",
+                self.precision
+            ));
         }
         let metropolis = self.exchanges.ends_with("metropolis");
         if metropolis && self.integrator != "pair_splitting" {
@@ -145,14 +158,17 @@ pub fn combinations() -> Vec<Combination> {
             for friction in FRICTIONS {
                 for noise in NOISES {
                     for integrator in INTEGRATORS {
-                        all.extend(EXCHANGES.map(|exchanges| Combination {
-                            dimension,
-                            kernel: kernel.into(),
-                            friction: friction.into(),
-                            noise: noise.into(),
-                            integrator: integrator.into(),
-                            exchanges: exchanges.into(),
-                        }));
+                        for precision in PRECISIONS {
+                            all.extend(EXCHANGES.map(|exchanges| Combination {
+                                dimension,
+                                kernel: kernel.into(),
+                                friction: friction.into(),
+                                noise: noise.into(),
+                                integrator: integrator.into(),
+                                exchanges: exchanges.into(),
+                                precision: precision.into(),
+                            }));
+                        }
                     }
                 }
             }
@@ -168,8 +184,8 @@ pub fn build(wish: &Combination, iterations: u32) -> Result<Box<dyn Integrator>>
         return Err(Error::Invalid(objection));
     }
     Ok(match (wish.exchanges.as_str(), wish.dimension) {
-        ("none", 2) => with_kernel::<2>(wish, iterations),
-        ("none", _) => with_kernel::<3>(wish, iterations),
+        ("none", 2) => with_precision::<2>(wish, iterations),
+        ("none", _) => with_precision::<3>(wish, iterations),
         (_, 2) => with_exchanges::<2>(wish),
         _ => with_exchanges::<3>(wish),
     })
@@ -256,33 +272,50 @@ fn verlet<X: Exchanges, V: Variate, const D: usize>(wish: &Combination) -> Box<d
     Box::new(made)
 }
 
-fn with_kernel<const D: usize>(wish: &Combination, iterations: u32) -> Box<dyn Integrator> {
+fn with_precision<const D: usize>(wish: &Combination, iterations: u32) -> Box<dyn Integrator> {
+    match wish.precision.as_str() {
+        Double::NAME => with_kernel::<Double, D>(wish, iterations),
+        _ => with_kernel::<Mixed, D>(wish, iterations),
+    }
+}
+
+fn with_kernel<P: Precision, const D: usize>(wish: &Combination, n: u32) -> Box<dyn Integrator> {
     match wish.kernel.as_str() {
-        Lucy::NAME => with_pair::<Lucy, D>(wish, iterations),
-        QuinticSpline::NAME => with_pair::<QuinticSpline, D>(wish, iterations),
-        WendlandC2::NAME => with_pair::<WendlandC2, D>(wish, iterations),
-        _ => with_pair::<WendlandC4, D>(wish, iterations),
+        Lucy::NAME => with_pair::<Lucy, P, D>(wish, n),
+        QuinticSpline::NAME => with_pair::<QuinticSpline, P, D>(wish, n),
+        WendlandC2::NAME => with_pair::<WendlandC2, P, D>(wish, n),
+        _ => with_pair::<WendlandC4, P, D>(wish, n),
     }
 }
 
-fn with_pair<K: Kernel, const D: usize>(wish: &Combination, n: u32) -> Box<dyn Integrator> {
-    match (wish.friction.as_str(), wish.noise.as_str()) {
-        (General::NAME, Silent::NAME) => with_integrator::<K, General, Silent, D>(wish, n),
-        (General::NAME, Gaussian::NAME) => with_integrator::<K, General, Gaussian, D>(wish, n),
-        (General::NAME, _) => Box::new(VelocityVerlet::<K, General, Uniform, D>::new(n)),
-        (Central::NAME, Silent::NAME) => with_integrator::<K, Central, Silent, D>(wish, n),
-        (Central::NAME, Gaussian::NAME) => with_integrator::<K, Central, Gaussian, D>(wish, n),
-        (Central::NAME, _) => Box::new(VelocityVerlet::<K, Central, Uniform, D>::new(n)),
-        _ => with_integrator::<K, Frictionless, Silent, D>(wish, n),
+fn with_pair<K: Kernel, P: Precision, const D: usize>(
+    wish: &Combination,
+    n: u32,
+) -> Box<dyn Integrator> {
+    match wish.friction.as_str() {
+        General::NAME => with_noise::<K, General, P, D>(wish, n),
+        Central::NAME => with_noise::<K, Central, P, D>(wish, n),
+        _ => with_integrator::<K, Frictionless, Silent, P, D>(wish, n),
     }
 }
 
-fn with_integrator<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+fn with_noise<K: Kernel, F: FrictionForm, P: Precision, const D: usize>(
+    wish: &Combination,
+    n: u32,
+) -> Box<dyn Integrator> {
+    match wish.noise.as_str() {
+        Silent::NAME => with_integrator::<K, F, Silent, P, D>(wish, n),
+        Gaussian::NAME => with_integrator::<K, F, Gaussian, P, D>(wish, n),
+        _ => Box::new(VelocityVerlet::<K, F, Uniform, P, D>::new(n)),
+    }
+}
+
+fn with_integrator<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>(
     wish: &Combination,
     iterations: u32,
 ) -> Box<dyn Integrator> {
     match wish.integrator.as_str() {
-        "velocity_verlet" => Box::new(VelocityVerlet::<K, F, V, D>::new(iterations)),
-        _ => Box::new(PairSplitting::<K, F, V, D>::default()),
+        "velocity_verlet" => Box::new(VelocityVerlet::<K, F, V, P, D>::new(iterations)),
+        _ => Box::new(PairSplitting::<K, F, V, P, D>::default()),
     }
 }

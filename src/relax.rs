@@ -13,7 +13,7 @@ use crate::neighbor::{Grid, PairList};
 use crate::physics::{Frictionless, PairFriction};
 use crate::random::{Sequence, Silent, Stream, SweepKey};
 use crate::state::Particles;
-use crate::sweep::{number_densities, pair_forces, wall_densities, wall_forces};
+use crate::sweep::{Double, number_densities, pair_forces, wall_densities, wall_forces};
 use crate::wall::Walls;
 
 /// Normal velocities of unit variance by row, (n, D), before any momentum is taken off.
@@ -71,7 +71,7 @@ pub fn relax<const D: usize>(
     for iteration in slice {
         if stale {
             grid.renew(cell, D, &mut particles);
-            list.build::<D>(&grid, cell, &particles, 1.0 + skin, false);
+            list.build::<D>(&grid, cell, &mut particles, 1.0 + skin, false);
             if list.overflow {
                 return Err(list.overflow_error());
             }
@@ -81,7 +81,7 @@ pub fn relax<const D: usize>(
         for record in &mut particles.velocity {
             record[3] = 1.0;
         }
-        pair_forces::<WendlandC2, Frictionless, Silent, D>(
+        pair_forces::<WendlandC2, Frictionless, Silent, Double, D>(
             &mut particles,
             &grid,
             &mut list,
@@ -129,9 +129,9 @@ pub fn relax<const D: usize>(
         }
     }
     grid.renew(cell, D, &mut particles);
-    list.build::<D>(&grid, cell, &particles, 1.0, false);
+    list.build::<D>(&grid, cell, &mut particles, 1.0, false);
     walls.rebuild::<D>(&particles, &grid, &list, cell, 0.0);
-    number_densities::<WendlandC2, D>(&mut particles, &grid, &mut list, cell);
+    number_densities::<WendlandC2, Double, D>(&mut particles, &grid, &mut list, cell);
     wall_densities::<WendlandC2, D>(&mut particles, walls, &grid, cell);
     for slot in 0..n {
         let position = particles.position[slot];

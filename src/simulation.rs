@@ -15,11 +15,11 @@ use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
 use crate::state::Particles;
 use crate::stopwatch::{Phase, Stopwatch};
-use crate::sweep::{HeatTally, Instructions, Tally};
-use crate::thermal::{Thermal, ThermalSettings};
+use crate::sweep::{HeatMoment, HeatTally, Instructions, Tally, Tensor};
+use crate::thermal::{Accounts, Thermal, ThermalSettings};
 use crate::units::Units;
 use crate::valid::{finite, non_negative, positive};
-use crate::wall::{Field, ModelSettings, WallModel, WallSettings, Walls};
+use crate::wall::{Field, ModelSettings, WallModel, WallSettings, Walls, Wrench};
 
 /// A displacement per step, in supports, beyond which a run has gone wrong.
 const RUNAWAY: f64 = 1.0;
@@ -127,6 +127,7 @@ pub struct Engine {
     skin: f64,
     margin: f64,
     clock: Clock,
+    before: Option<Before>,
     /// dt [user] that the forces at hand were computed for.
     forces_for: Option<f64>,
     integrator: Arc<dyn Integrator>,
@@ -142,6 +143,17 @@ pub struct Clock {
     pub base_step: u64,
     /// The present dt `[time, user]`.
     pub dt: f64,
+}
+
+/// What a failed run returns to.
+struct Before {
+    clock: Clock,
+    step: u64,
+    impulse: Vec<Wrench>,
+    crossings: u64,
+    accounts: Option<Accounts>,
+    current: Option<HeatMoment>,
+    stress: Option<[Tensor; 4]>,
 }
 
 impl Clock {
@@ -352,6 +364,7 @@ impl Engine {
                 base_step: 0,
                 dt,
             },
+            before: None,
             forces_for: None,
             integrator: Arc::from(integrator),
             pool: Arc::new(pool),
@@ -498,9 +511,26 @@ impl Engine {
             + self.thermal.as_ref().map_or(0, Thermal::bytes)
     }
 
-    /// Advances by `steps` steps of `dt` [user].
+    /// Advances by `steps` steps of `dt` [user]; if that fails, see `undo`.
     pub fn run(&mut self, steps: u64, dt: f64) -> Result<()> {
+        let result = self.advance(steps, dt);
+        match result {
+            Ok(()) => self.accept(),
+            Err(_) => self.undo(),
+        }
+        result
+    }
+
+    /// The same, but what was done can still be undone, together with what other calls do before
+    /// `accept`.
+    pub fn advance(&mut self, steps: u64, dt: f64) -> Result<()> {
         let dt = positive("dt", dt)?;
+        if self.list.overflow {
+            return Err(self.list.overflow_error());
+        }
+        if self.before.is_none() {
+            self.mark();
+        }
         if dt != self.clock.dt {
             self.clock = Clock {
                 base_time: self.time(),
@@ -508,22 +538,12 @@ impl Engine {
                 dt,
             };
         }
-        if self.list.overflow {
-            return Err(self.list.overflow_error());
-        }
         if self.forces_for != Some(dt) {
             self.renew(false)?;
         }
         let integrator = Arc::clone(&self.integrator);
         let pool = Arc::clone(&self.pool);
         let scaled = dt / self.units.time();
-        self.each_observer(|observer| observer.begin());
-        let impulse = self.walls.impulse.clone();
-        let crossings = self.walls.crossings;
-        let accounts = self.thermal.as_ref().map(|it| it.accounts.clone());
-        let current = self.thermal.as_ref().and_then(|it| it.current.as_ref());
-        let current = current.map(|it| it.moment);
-        let stress = self.tally.as_ref().map(|it| it.moment);
         self.stopwatch.begin();
         let begun = self.step;
         let result = pool
@@ -531,21 +551,55 @@ impl Engine {
             // The last kick of a run is followed by no drift that would notice.
             .and_then(|()| self.check_finite());
         self.stopwatch.end(self.step - begun);
-        if result.is_err() {
-            self.each_observer(|observer| observer.forget());
-            self.walls.impulse = impulse;
-            self.walls.crossings = crossings;
-            if let (Some(thermal), Some(accounts)) = (&mut self.thermal, accounts) {
-                thermal.accounts = accounts;
-                if let (Some(tally), Some(moment)) = (&mut thermal.current, current) {
-                    tally.moment = moment;
-                }
-            }
-            if let (Some(tally), Some(moment)) = (&mut self.tally, stress) {
+        result
+    }
+
+    /// Remembers clock, sums and samples, to which `undo` returns. Particles are remembered by whoever
+    /// shows them.
+    fn mark(&mut self) {
+        self.each_observer(|observer| observer.begin());
+        let thermal = self.thermal.as_ref();
+        self.before = Some(Before {
+            clock: self.clock,
+            step: self.step,
+            impulse: self.walls.impulse.clone(),
+            crossings: self.walls.crossings,
+            accounts: thermal.map(|it| it.accounts.clone()),
+            current: thermal
+                .and_then(|it| it.current.as_ref())
+                .map(|it| it.moment),
+            stress: self.tally.as_ref().map(|it| it.moment),
+        });
+    }
+
+    /// Has anything been done since the last `accept`?
+    pub fn is_ahead(&self) -> bool {
+        self.before.is_some()
+    }
+
+    /// What has been done since the last call is good.
+    pub fn accept(&mut self) {
+        self.before = None;
+    }
+
+    /// Returns to clock, sums and samples of the last `accept`; particles are left as they are.
+    pub fn undo(&mut self) {
+        let Some(before) = self.before.take() else {
+            return;
+        };
+        self.each_observer(|observer| observer.forget());
+        (self.clock, self.step) = (before.clock, before.step);
+        self.walls.impulse = before.impulse;
+        self.walls.crossings = before.crossings;
+        if let (Some(thermal), Some(accounts)) = (&mut self.thermal, before.accounts) {
+            thermal.accounts = accounts;
+            if let (Some(tally), Some(moment)) = (&mut thermal.current, before.current) {
                 tally.moment = moment;
             }
         }
-        result
+        if let (Some(tally), Some(moment)) = (&mut self.tally, before.stress) {
+            tally.moment = moment;
+        }
     }
 
     fn each_observer(&self, mut call: impl FnMut(&mut dyn Observer)) {
@@ -594,7 +648,7 @@ impl Engine {
         }
         let cutoff = 1.0 + self.skin;
         self.list
-            .build::<D>(&self.grid, &self.cell, &self.particles, cutoff, shuffle);
+            .build::<D>(&self.grid, &self.cell, &mut self.particles, cutoff, shuffle);
         if self.list.overflow {
             return Err(self.list.overflow_error());
         }

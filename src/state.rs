@@ -2,6 +2,8 @@
 //! of the support, masses in units of the particle mass. Users never see this order: `row` leads
 //! from a slot to the user's row, which never changes.
 
+use crate::sweep::Copies;
+
 /// A field that not every scene has: one number per particle, sorted with the others. Fields of the
 /// state are saved and shown to the user; the rest is of use within a step only.
 #[derive(Debug, Clone)]
@@ -39,6 +41,8 @@ pub struct Particles {
     pub carried: Vec<[f64; 4]>,
     /// Fields by the number that `add_scalar` gave them.
     pub scalars: Vec<Scalar>,
+    /// What sweeps in single precision read.
+    pub copies: Copies,
 }
 
 impl Particles {
@@ -56,6 +60,7 @@ impl Particles {
             scratch: vec![[0.0; 4]; if with_drag { n } else { 0 }],
             carried: Vec::new(),
             scalars: Vec::new(),
+            copies: Copies::default(),
         }
     }
 

@@ -70,6 +70,7 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
     };
     let settings = Settings {
         combination: Combination {
+            precision: "double".into(),
             dimension: 3,
             kernel: "lucy".into(),
             friction: "general".into(),

@@ -6,14 +6,14 @@ use sdpd::registry::{build, combinations};
 #[test]
 fn every_listed_combination_builds_and_others_say_why_not() {
     let all = combinations();
-    // isothermal; then friction (2 forms) with noise or without, and without friction
+    // isothermal, in two precisions; then friction (2 forms) with noise or without, and without friction
     let isothermal = 2 * (2 + 2 + 1) + 2;
     // With friction ten exchanges, and two more that are accepted or rejected, with Gaussian noise
     // and by the splitting alone; without friction three, none at all, and one that is accepted.
     let splitting = 2 * (2 * 10 + 2) + 2 * 3 + 1 + 1;
     // With energies velocity Verlet takes uniform noise too.
     let verlet = 2 * 3 * 10 + 3 * 3 + 1;
-    assert_eq!(all.len(), 2 * 4 * (isothermal + splitting + verlet));
+    assert_eq!(all.len(), 2 * 4 * (2 * isothermal + splitting + verlet));
     for combination in &all {
         assert!(build(combination, 1).is_ok());
     }

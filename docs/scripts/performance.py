@@ -99,6 +99,8 @@ def steps(studies: Sequence[bench.Speed]) -> list[str]:
         for row in lucy.rows
         if row.particles == lucy.rows[-1].particles
     ]
+    best = dict.fromkeys(study.best().removesuffix("; what steps reach of it") for study in studies)
+    shares = [row for study in studies for row in study.shares()]
     sizes = f"{lucy.rows[0].particles:,} to {lucy.rows[-1].particles:,} particles"
     note = (
         "Particle-steps a second, all threads together, median and quartiles of "
@@ -110,6 +112,8 @@ def steps(studies: Sequence[bench.Speed]) -> list[str]:
         note,
         f"Flatness: largest over smallest time of a particle-step, {sizes}.",
         grid(["step", "$h/\\Delta x$", "largest/smallest"], flat),
+        f"What the machine can do, and what steps reach of it: {'; '.join(best)}.",
+        grid(bench.SHARES, shares),
         "Parts of a Verlet step, by steps that do without one thing each:",
         grid(["$h/\\Delta x$", "part", "ns a particle", "ns a pair"], parts),
         "Neighbour lists, whose share is contained in all of the above:",

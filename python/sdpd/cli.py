@@ -266,6 +266,7 @@ def _run(options: argparse.Namespace) -> int:
         dt="auto" if options.dt is None else options.dt,
         seed=options.seed,
         threads=options.threads,
+        precision=options.precision,
     )
     thermo = Thermodynamics(every=options.every)
     trajectory = h5md.Trajectory(folder / "trajectory.h5md", every=options.every)
@@ -667,4 +668,10 @@ def _run_options(command: argparse.ArgumentParser) -> None:
     add("--every", type=int, default=100, help="steps between samples (default 100)")
     add("--seed", type=int, default=0, help="key of all randomness (default 0)")
     add("--threads", type=int, help="threads (default: processors at hand)")
+    add(
+        "--precision",
+        choices=("double", "mixed"),
+        default="double",
+        help="of what happens between two particles (default double)",
+    )
     add("--no-progress", action="store_true", help="no progress bar")

@@ -50,6 +50,9 @@ class Simulation(Particles):
     threads : int, optional
         Threads of this simulation; the processors at hand if None, but one per 500 particles at
         most. Changes no bit of the result.
+    precision : str
+        "double", or "mixed": what happens between two particles in single precision, faster; state
+        and sums in double, momentum conserved to rounding as ever. Of isothermal fluids.
     skin : float, optional
         Of the neighbour lists [length], at most the margin of their grid; the margin, estimated
         from the scene, if None.
@@ -103,6 +106,7 @@ class Simulation(Particles):
         dt: float | str = "auto",
         seed: int = 0,
         threads: int | None = None,
+        precision: str = "double",
         skin: float | None = None,
         positions: ArrayLike | None = None,
         velocities: ArrayLike | None = None,
@@ -119,6 +123,7 @@ class Simulation(Particles):
         if seed >= 2**64:
             raise ValueError(f"`seed` must be < 2^64, got {seed}")
         threads = running.choose_threads(threads, scene.n_particles)
+        _check_precision(precision, energy=active.energy)
         skin = validation.optional_positive("skin", skin)
         self._accuracy: dict[str, Any] = {
             "temperature_error": temperature_error,
@@ -143,6 +148,7 @@ class Simulation(Particles):
             "dt": self._dt,
             "seed": seed,
             "skin": skin,
+            "precision": precision,
         }
         settings = integrators.with_integrator(settings, chosen)
         heat = initial.temperatures(scene, temperatures)
@@ -194,6 +200,11 @@ class Simulation(Particles):
     def threads(self) -> int:
         """Threads of this simulation."""
         return self._threads
+
+    @property
+    def precision(self) -> str:
+        """Of what happens between two particles: "double" or "mixed"."""
+        return str(self._settings.get("precision", "double"))
 
     @property
     def n_particles(self) -> int:
@@ -425,7 +436,7 @@ class Simulation(Particles):
         turns = [turn for _, turn in python] + ([every] if callback is not None else [])
         pairs = self.n_particles * self._scene.pairs_per_particle
         chunk = running.chunk_steps(pairs, pairs_per_second(self._scene, self._integrator))
-        left = plan.steps
+        left, hidden = plan.steps, 0
         begun: list[Observer] = []
         with (
             running.Interruptions() as interruptions,
@@ -438,8 +449,11 @@ class Simulation(Particles):
                 while left > 0:
                     due = [running.steps_to_next(self.step, turn) for turn in turns]
                     number = min([left, chunk, *due])
-                    self._advance(number, plan.dt)
                     left -= number
+                    hidden += number
+                    seen = left == 0 or number in due or hidden >= running.STEPS_BETWEEN_VIEWS
+                    self._advance(number, plan.dt, first=hidden == number, show=seen)
+                    hidden = 0 if seen else hidden
                     bar.update(number, self.time)
                     for observer, turn in python:
                         if self.step % turn == 0:
@@ -453,14 +467,17 @@ class Simulation(Particles):
                         self.refresh()
                     interruptions.check()
             finally:
+                self._core.show()
                 for observer in begun:
                     observer.end(self)
 
-    def _advance(self, steps: int, dt: float) -> None:
-        for observer, _, _ in self._attached:
-            observer.mark()
+    def _advance(self, steps: int, dt: float, *, first: bool, show: bool) -> None:
+        """Some steps; `first` after the arrays were shown, to which a failure returns."""
+        if first:
+            for observer, _, _ in self._attached:
+                observer.mark()
         try:
-            self._core.run(steps, dt)
+            self._core.run(steps, dt, show)
         except SimulationError as error:
             self._detach(rewind=True)
             raise failure.describe(self, error, dt) from None
@@ -595,6 +612,7 @@ class Simulation(Particles):
             ("state", f"step {self.step}, time {quantity(self.time, 's', si=si)}"),
             ("integrator", repr(self._integrator)),
             ("time step", f"{dt}, {bound}"),
+            ("precision", self.precision),
             ("effects", str(self._scene.active_effects)),
             ("kinetic", f"temperature {temperature}"),
             *self._thermal_rows(si),
@@ -642,6 +660,15 @@ def _is_auto(dt: Any) -> bool:
         validation.choice("dt", dt, ("auto",))
         return True
     return False
+
+
+def _check_precision(precision: Any, *, energy: bool) -> None:
+    validation.choice("precision", precision, ("double", "mixed"))
+    if energy and precision != "double":
+        raise ValueError(
+            "`precision` must be 'double' for a fluid with an energy, whose books close to "
+            f"rounding, got {precision!r}"
+        )
 
 
 def _check_skin(core: Core, skin: float | None) -> None:

@@ -1,7 +1,7 @@
 //! The periodic box, in units of the support h, and the one answer to "how far is j from i".
 
 use crate::error::{Error, Result};
-use crate::random::ROUNDER;
+use crate::real::ROUNDER;
 
 /// Room beyond the walls of an axis that is not periodic, in supports: more than a support and any
 /// margin, so that no two particles are neighbours across it.

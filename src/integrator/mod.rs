@@ -19,8 +19,8 @@ use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
 use crate::stopwatch::Phase;
 use crate::sweep::{
-    Motion, drag_forces, number_densities, pair_forces, site_pressures, wall_densities, wall_drag,
-    wall_forces, wall_friction_weight, wall_pressures, wall_shares,
+    Double, Motion, Precision, drag_forces, number_densities, pair_forces, site_pressures,
+    wall_densities, wall_drag, wall_forces, wall_friction_weight, wall_pressures, wall_shares,
 };
 
 /// What a force comes from.
@@ -70,7 +70,7 @@ pub trait Integrator: Send + Sync {
 }
 
 /// Number densities of the present positions, walls included.
-pub(crate) fn densities<K: Kernel, const D: usize>(engine: &mut Engine) {
+pub(crate) fn densities<K: Kernel, P: Precision, const D: usize>(engine: &mut Engine) {
     let Engine {
         particles,
         grid,
@@ -80,15 +80,15 @@ pub(crate) fn densities<K: Kernel, const D: usize>(engine: &mut Engine) {
         stopwatch,
         ..
     } = engine;
-    number_densities::<K, D>(particles, grid, list, cell);
+    number_densities::<K, P, D>(particles, grid, list, cell);
     stopwatch.lap(Phase::Densities);
     wall_densities::<K, D>(particles, walls, grid, cell);
     stopwatch.lap(Phase::Walls);
 }
 
 /// Densities, then pressures, of the present positions.
-pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
-    densities::<K, D>(engine);
+pub(crate) fn update_densities<K: Kernel, P: Precision, const D: usize>(engine: &mut Engine) {
+    densities::<K, P, D>(engine);
     let Engine {
         particles,
         eos,
@@ -105,7 +105,7 @@ pub(crate) fn update_densities<K: Kernel, const D: usize>(engine: &mut Engine) {
 }
 
 /// Forces of pairs and walls, from the present pressures; drag and noise are those of a kick of dt.
-pub(crate) fn forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+pub(crate) fn forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>(
     engine: &mut Engine,
     dt: f64,
 ) {
@@ -122,18 +122,19 @@ pub(crate) fn forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
         ..
     } = engine;
     wall_shares(particles, walls);
-    pair_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, tally.as_mut());
+    pair_forces::<K, F, V, P, D>(particles, grid, list, cell, kick, key, tally.as_mut());
     stopwatch.lap(Phase::Forces);
     wall_forces::<K, F, V, D>(particles, walls, grid, kick, key);
     stopwatch.lap(Phase::Walls);
 }
 
 /// Forces of the pressures alone.
-pub(crate) fn conservative_forces<K: Kernel, const D: usize>(engine: &mut Engine) {
+pub(crate) fn conservative_forces<K: Kernel, P: Precision, const D: usize>(engine: &mut Engine) {
     // Of a kick without friction and noise, the duration does not matter.
-    forces::<K, Frictionless, Silent, D>(engine, 1.0);
+    forces::<K, Frictionless, Silent, P, D>(engine, 1.0);
 }
 
+/// In double precision always: they are compared, not followed.
 pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     engine: &mut Engine,
     dt: f64,
@@ -160,7 +161,9 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     let mut parts = ForceParts::default();
     wall_shares(particles, walls);
     if all {
-        pair_forces::<K, Frictionless, Silent, D>(particles, grid, list, cell, kick, key, None);
+        pair_forces::<K, Frictionless, Silent, Double, D>(
+            particles, grid, list, cell, kick, key, None,
+        );
     } else {
         particles.force.fill([0.0; 4]);
     }
@@ -171,7 +174,7 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     particles.scratch.clone_from(&particles.velocity);
     if F::ON {
         if all {
-            drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, None);
+            drag_forces::<K, F, Silent, Double, D>(particles, grid, list, cell, kick, key, None);
         }
         let motion = Motion::Actual;
         wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
@@ -181,7 +184,7 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     particles.drag.fill([0.0; 4]);
     if V::ON {
         if all {
-            drag_forces::<K, F, V, D>(particles, grid, list, cell, kick, key, None);
+            drag_forces::<K, F, V, Double, D>(particles, grid, list, cell, kick, key, None);
         }
         let motion = Motion::Difference;
         wall_drag::<K, F, V, D>(particles, walls, grid, kick, key, motion);
@@ -207,7 +210,7 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
                     .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
                 let r2: f64 = r[..D].iter().map(|x| x * x).sum();
                 let weight = i[3] * j[3];
-                sum += 2.0 * K::f::<D>(r2.sqrt()) * weight * weight;
+                sum += 2.0 * K::f::<_, D>(r2.sqrt()) * weight * weight;
             }
             begin = end as usize;
         }

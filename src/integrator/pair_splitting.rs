@@ -15,20 +15,22 @@ use crate::physics::FrictionForm;
 use crate::random::{Stream, SweepKey, Variate};
 use crate::simulation::Engine;
 use crate::stopwatch::Phase;
-use crate::sweep::{Direction, exchange, wall_exchange};
+use crate::sweep::{Direction, Precision, exchange, wall_exchange};
 
 /// The splitting; see the module.
-pub struct PairSplitting<K, F, V, const D: usize> {
-    form: PhantomData<(K, F, V)>,
+pub struct PairSplitting<K, F, V, P, const D: usize> {
+    form: PhantomData<(K, F, V, P)>,
 }
 
-impl<K, F, V, const D: usize> Default for PairSplitting<K, F, V, D> {
+impl<K, F, V, P, const D: usize> Default for PairSplitting<K, F, V, P, D> {
     fn default() -> Self {
         Self { form: PhantomData }
     }
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F, V, D> {
+impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>
+    PairSplitting<K, F, V, P, D>
+{
     /// Half a step of drag and noise; `started` is the step at whose start it belongs.
     fn exchange(&self, engine: &mut Engine, t: f64, started: u64, direction: Direction) {
         if !F::ON {
@@ -52,7 +54,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
             wall_exchange::<K, F, V, D>(particles, walls, grid, process, key, direction);
             stopwatch.lap(Phase::Walls);
         }
-        exchange::<K, F, V, D>(
+        exchange::<K, F, V, P, D>(
             particles,
             grid,
             list,
@@ -70,12 +72,12 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> PairSplitting<K, F,
     }
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
-    for PairSplitting<K, F, V, D>
+impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize> Integrator
+    for PairSplitting<K, F, V, P, D>
 {
     fn refresh(&self, engine: &mut Engine, _: f64) -> Result<()> {
-        update_densities::<K, D>(engine);
-        conservative_forces::<K, D>(engine);
+        update_densities::<K, P, D>(engine);
+        conservative_forces::<K, P, D>(engine);
         Ok(())
     }
 
@@ -86,8 +88,8 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
             engine.kick(0.5 * dt);
             drift::<D>(engine, dt, self.shuffles())?;
             engine.step += 1;
-            update_densities::<K, D>(engine);
-            conservative_forces::<K, D>(engine);
+            update_densities::<K, P, D>(engine);
+            conservative_forces::<K, P, D>(engine);
             engine.kick(0.5 * dt);
             self.exchange(engine, 0.5 * dt, started, Direction::Backward);
             engine.observe(dt);

@@ -8,7 +8,7 @@ use crate::kernel::Kernel;
 use crate::physics::FrictionForm;
 use crate::random::Silent;
 use crate::simulation::Engine;
-use crate::sweep::{Slopes, pair_work, slopes, wall_work};
+use crate::sweep::{Double, Slopes, pair_work, slopes, wall_work};
 
 /// The sweeps of one kernel: they are the same for every exchange, and every thermal integrator.
 #[derive(Clone, Copy)]
@@ -53,13 +53,13 @@ fn cold(engine: &Engine) -> Option<Error> {
 impl KernelSweeps {
     pub fn of<K: Kernel, F: FrictionForm, const D: usize>() -> Self {
         Self {
-            densities: densities::<K, D>,
-            forces: conservative_forces::<K, D>,
+            densities: densities::<K, Double, D>,
+            forces: conservative_forces::<K, Double, D>,
             work: work::<K, D>,
             parts: force_parts::<K, F, Silent, D>,
             weight: mean_friction_weight::<K, D>,
             slopes: slopes::<K, D>,
-            slope: K::f::<D>,
+            slope: K::f::<_, D>,
         }
     }
 

@@ -17,15 +17,15 @@ use crate::physics::FrictionForm;
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
 use crate::stopwatch::Phase;
-use crate::sweep::{Motion, drag_forces, wall_drag};
+use crate::sweep::{Motion, Precision, drag_forces, wall_drag};
 
 /// Velocity Verlet; see the module.
-pub struct VelocityVerlet<K, F, V, const D: usize> {
+pub struct VelocityVerlet<K, F, V, P, const D: usize> {
     iterations: u32,
-    form: PhantomData<(K, F, V)>,
+    form: PhantomData<(K, F, V, P)>,
 }
 
-impl<K, F, V, const D: usize> VelocityVerlet<K, F, V, D> {
+impl<K, F, V, P, const D: usize> VelocityVerlet<K, F, V, P, D> {
     /// With so many re-evaluations of the drag at the end of each step.
     pub fn new(iterations: u32) -> Self {
         Self {
@@ -35,7 +35,9 @@ impl<K, F, V, const D: usize> VelocityVerlet<K, F, V, D> {
     }
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F, V, D> {
+impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>
+    VelocityVerlet<K, F, V, P, D>
+{
     /// Velocities have just been changed by half a kick: lets the drag follow.
     fn correct_drag(&self, engine: &mut Engine, dt: f64) {
         if !F::ON || self.iterations == 0 {
@@ -55,7 +57,15 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
                 walls,
                 ..
             } = engine;
-            drag_forces::<K, F, Silent, D>(particles, grid, list, cell, kick, key, tally.as_mut());
+            drag_forces::<K, F, Silent, P, D>(
+                particles,
+                grid,
+                list,
+                cell,
+                kick,
+                key,
+                tally.as_mut(),
+            );
             let motion = Motion::Difference;
             wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
             engine.stopwatch.lap(Phase::Forces);
@@ -65,12 +75,12 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> VelocityVerlet<K, F
     }
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
-    for VelocityVerlet<K, F, V, D>
+impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize> Integrator
+    for VelocityVerlet<K, F, V, P, D>
 {
     fn refresh(&self, engine: &mut Engine, dt: f64) -> Result<()> {
-        update_densities::<K, D>(engine);
-        forces::<K, F, V, D>(engine, dt);
+        update_densities::<K, P, D>(engine);
+        forces::<K, F, V, P, D>(engine, dt);
         Ok(())
     }
 
@@ -79,8 +89,8 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> Integrator
             engine.kick(0.5 * dt);
             drift::<D>(engine, dt, false)?;
             engine.step += 1;
-            update_densities::<K, D>(engine);
-            forces::<K, F, V, D>(engine, dt);
+            update_densities::<K, P, D>(engine);
+            forces::<K, F, V, P, D>(engine, dt);
             engine.kick(0.5 * dt);
             self.correct_drag(engine, dt);
             engine.observe(dt);

@@ -2,6 +2,7 @@
 //! discretisation error per neighbour, but its Fourier transform has negative lobes: see `docs`.
 
 use super::{Kernel, complement};
+use crate::real::Real;
 
 /// Lucy's quartic.
 #[derive(Debug, Clone, Copy)]
@@ -15,20 +16,20 @@ impl Kernel for Lucy {
     ];
 
     #[inline(always)]
-    fn shape(q: f64) -> f64 {
+    fn shape<R: Real>(q: R) -> R {
         let x = complement(q);
-        (1.0 + 3.0 * q) * (x * x * x)
+        (R::of(1.0) + R::of(3.0) * q) * (x * x * x)
     }
 
     #[inline(always)]
-    fn slope(q: f64) -> f64 {
+    fn slope<R: Real>(q: R) -> R {
         let x = complement(q);
-        12.0 * (x * x)
+        R::of(12.0) * (x * x)
     }
 
     #[inline(always)]
-    fn root_slope(q: f64) -> f64 {
+    fn root_slope<R: Real>(q: R) -> R {
         const SQRT_12: f64 = 3.464_101_615_137_754_6;
-        SQRT_12 * complement(q)
+        R::of(SQRT_12) * complement(q)
     }
 }

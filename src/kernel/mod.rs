@@ -6,7 +6,7 @@ mod quintic_spline;
 mod wendland_c2;
 mod wendland_c4;
 
-use crate::random::root;
+use crate::real::Real;
 
 pub use lucy::Lucy;
 pub use quintic_spline::QuinticSpline;
@@ -21,36 +21,36 @@ pub trait Kernel: Copy + Send + Sync + 'static {
     /// Normalisation N_D for D = 2 and 3.
     const NORM: [f64; 2];
     /// f(q), so that W = N_D h^-D f(q).
-    fn shape(q: f64) -> f64;
+    fn shape<R: Real>(q: R) -> R;
     /// -f'(q)/q, so that F = N_D h^-(D+2) times this.
-    fn slope(q: f64) -> f64;
+    fn slope<R: Real>(q: R) -> R;
     /// Square root of `slope`, for the noise.
     #[inline(always)]
-    fn root_slope(q: f64) -> f64 {
-        root(Self::slope(q))
+    fn root_slope<R: Real>(q: R) -> R {
+        Self::slope(q).root()
     }
     /// W h^D.
     #[inline(always)]
-    fn w<const D: usize>(q: f64) -> f64 {
-        Self::NORM[D - 2] * Self::shape(q)
+    fn w<R: Real, const D: usize>(q: R) -> R {
+        R::of(Self::NORM[D - 2]) * Self::shape(q)
     }
     /// F h^(D+2).
     #[inline(always)]
-    fn f<const D: usize>(q: f64) -> f64 {
-        Self::NORM[D - 2] * Self::slope(q)
+    fn f<R: Real, const D: usize>(q: R) -> R {
+        R::of(Self::NORM[D - 2]) * Self::slope(q)
     }
     /// Square root of F h^(D+2).
     #[inline(always)]
-    fn root_f<const D: usize>(q: f64) -> f64 {
-        Self::NORM[D - 2].sqrt() * Self::root_slope(q)
+    fn root_f<R: Real, const D: usize>(q: R) -> R {
+        R::of(Self::NORM[D - 2].sqrt()) * Self::root_slope(q)
     }
 }
 
 /// max(1 - q, 0).
 #[inline(always)]
-pub(crate) fn complement(q: f64) -> f64 {
-    let x = 1.0 - q;
-    if x > 0.0 { x } else { 0.0 }
+pub(crate) fn complement<R: Real>(q: R) -> R {
+    let x = R::of(1.0) - q;
+    if x > R::ZERO { x } else { R::ZERO }
 }
 
 #[cfg(test)]
@@ -72,26 +72,30 @@ mod tests {
 
     fn check<K: Kernel>(friction_integral: [f64; 2]) {
         let close = |a: f64, b: f64, tolerance: f64| assert!((a - b).abs() < tolerance, "{a} {b}");
-        close(integrate(|q| 2.0 * PI * q * K::w::<2>(q)), 1.0, 1e-12);
-        close(integrate(|q| 4.0 * PI * q * q * K::w::<3>(q)), 1.0, 1e-12);
+        close(integrate(|q| 2.0 * PI * q * K::w::<_, 2>(q)), 1.0, 1e-12);
+        close(
+            integrate(|q| 4.0 * PI * q * q * K::w::<_, 3>(q)),
+            1.0,
+            1e-12,
+        );
         // int F r^2 dV = D for every kernel.
         close(
-            integrate(|q| 2.0 * PI * q.powi(3) * K::f::<2>(q)),
+            integrate(|q| 2.0 * PI * q.powi(3) * K::f::<_, 2>(q)),
             2.0,
             1e-11,
         );
         close(
-            integrate(|q| 4.0 * PI * q.powi(4) * K::f::<3>(q)),
+            integrate(|q| 4.0 * PI * q.powi(4) * K::f::<_, 3>(q)),
             3.0,
             1e-11,
         );
         close(
-            integrate(|q| 2.0 * PI * q * K::f::<2>(q)),
+            integrate(|q| 2.0 * PI * q * K::f::<_, 2>(q)),
             friction_integral[0],
             1e-9,
         );
         close(
-            integrate(|q| 4.0 * PI * q * q * K::f::<3>(q)),
+            integrate(|q| 4.0 * PI * q * q * K::f::<_, 3>(q)),
             friction_integral[1],
             1e-9,
         );

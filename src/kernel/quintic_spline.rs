@@ -2,14 +2,24 @@
 //! f = (3-s)^5 - 6 (2-s)^5 + 15 (1-s)^5, each bracket cut off at 0.
 
 use super::{Kernel, complement};
+use crate::real::Real;
 
 /// The quintic spline.
 #[derive(Debug, Clone, Copy)]
 pub struct QuinticSpline;
 
 #[inline(always)]
-fn fourth(x: f64) -> f64 {
+fn fourth<R: Real>(x: R) -> R {
     (x * x) * (x * x)
+}
+
+/// 3 - s and 2 - s, cut off at 0.
+#[inline(always)]
+fn outer<R: Real>(q: R) -> [R; 2] {
+    [
+        R::of(3.0) * complement(q),
+        R::of(2.0) * complement(R::of(1.5) * q),
+    ]
 }
 
 impl Kernel for QuinticSpline {
@@ -20,21 +30,19 @@ impl Kernel for QuinticSpline {
     ];
 
     #[inline(always)]
-    fn shape(q: f64) -> f64 {
-        let a = 3.0 * complement(q);
-        let b = 2.0 * complement(1.5 * q);
-        let c = complement(3.0 * q);
-        fourth(a) * a - 6.0 * (fourth(b) * b) + 15.0 * (fourth(c) * c)
+    fn shape<R: Real>(q: R) -> R {
+        let [a, b] = outer(q);
+        let c = complement(R::of(3.0) * q);
+        fourth(a) * a - R::of(6.0) * (fourth(b) * b) + R::of(15.0) * (fourth(c) * c)
     }
 
     #[inline(always)]
-    fn slope(q: f64) -> f64 {
-        let s = 3.0 * q;
-        let a = 3.0 * complement(q);
-        let b = 2.0 * complement(1.5 * q);
-        let outer = (fourth(a) - 6.0 * fourth(b)) / s;
+    fn slope<R: Real>(q: R) -> R {
+        let s = R::of(3.0) * q;
+        let [a, b] = outer(q);
+        let outer = (fourth(a) - R::of(6.0) * fourth(b)) / s;
         // For s < 1 the bracket is s (24 - 24 s^2 + 10 s^3): no cancellation, no division by 0.
-        let inner = 24.0 + s * s * (10.0 * s - 24.0);
-        45.0 * if s < 1.0 { inner } else { outer }
+        let inner = R::of(24.0) + s * s * (R::of(10.0) * s - R::of(24.0));
+        R::of(45.0) * if s < R::of(1.0) { inner } else { outer }
     }
 }

@@ -2,6 +2,7 @@
 //! Fourier transform, so it does not pair particles at any sound speed.
 
 use super::{Kernel, complement};
+use crate::real::Real;
 
 /// Wendland C2.
 #[derive(Debug, Clone, Copy)]
@@ -15,15 +16,15 @@ impl Kernel for WendlandC2 {
     ];
 
     #[inline(always)]
-    fn shape(q: f64) -> f64 {
+    fn shape<R: Real>(q: R) -> R {
         let x = complement(q);
         let square = x * x;
-        (1.0 + 4.0 * q) * (square * square)
+        (R::of(1.0) + R::of(4.0) * q) * (square * square)
     }
 
     #[inline(always)]
-    fn slope(q: f64) -> f64 {
+    fn slope<R: Real>(q: R) -> R {
         let x = complement(q);
-        20.0 * (x * x * x)
+        R::of(20.0) * (x * x * x)
     }
 }

@@ -2,6 +2,7 @@
 //! smoother than C2, positive Fourier transform, wants more neighbours.
 
 use super::{Kernel, complement};
+use crate::real::Real;
 
 /// Wendland C4.
 #[derive(Debug, Clone, Copy)]
@@ -15,16 +16,16 @@ impl Kernel for WendlandC4 {
     ];
 
     #[inline(always)]
-    fn shape(q: f64) -> f64 {
+    fn shape<R: Real>(q: R) -> R {
         let x = complement(q);
         let cube = x * x * x;
-        (1.0 + q * (6.0 + 35.0 / 3.0 * q)) * (cube * cube)
+        (R::of(1.0) + q * (R::of(6.0) + R::of(35.0 / 3.0) * q)) * (cube * cube)
     }
 
     #[inline(always)]
-    fn slope(q: f64) -> f64 {
+    fn slope<R: Real>(q: R) -> R {
         let x = complement(q);
         let square = x * x;
-        56.0 / 3.0 * (square * square * x) * (1.0 + 5.0 * q)
+        R::of(56.0 / 3.0) * (square * square * x) * (R::of(1.0) + R::of(5.0) * q)
     }
 }

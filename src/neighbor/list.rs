@@ -10,7 +10,9 @@ use crate::domain::PeriodicBox;
 use crate::error::Error;
 use crate::random::fmix64;
 use crate::state::Particles;
-use crate::sweep::{LANES, Separation, Task, Wide, first_lanes, kept_of_range, run_wide};
+use crate::sweep::{
+    LANES, MOST, Mixed, Separation, Task, Vector, Wide, first_lanes, kept_of_range, run_wide,
+};
 
 /// Places within a region are 16-bit numbers.
 pub const REGION_MAX: usize = 1 << 16;
@@ -55,7 +57,7 @@ pub struct BlockList {
     /// (slot of the row's head, end of the row in `neighbours`).
     pub rows: Vec<[u32; 2]>,
     /// Partners, row after row, as places in the region; and some more places behind the last, so that
-    /// a row can be read eight at a time.
+    /// a row can be read a vector at a time.
     pub neighbours: Vec<u16>,
     /// The same pairs in shuffled order, as places in the region; only if asked for.
     pub shuffled: Vec<[u16; 2]>,
@@ -105,11 +107,16 @@ impl PairList {
         &mut self,
         grid: &Grid,
         cell: &PeriodicBox,
-        particles: &Particles,
+        particles: &mut Particles,
         cutoff: f64,
         shuffle: bool,
     ) {
         self.near_is_known = false;
+        // Single precision is good enough to say who may come near; a little more than the cutoff
+        // makes up for its rounding.
+        let cutoff2 = (cutoff * cutoff * (1.0 + 1e-5)) as f32;
+        let columns = particles.copies.columns(&particles.position, cell);
+        let id = &particles.id;
         self.blocks
             .resize_with(grid.block_count(), BlockList::default);
         self.blocks
@@ -124,11 +131,11 @@ impl PairList {
                         base,
                         grid,
                         cell,
-                        particles,
-                        cutoff2: cutoff * cutoff,
+                        columns,
+                        cutoff2,
                     });
                     if shuffle {
-                        block.shuffle(particles);
+                        block.shuffle(id);
                     }
                 }
             });
@@ -227,8 +234,8 @@ impl BlockList {
         base: usize,
         grid: &Grid,
         cell: &PeriodicBox,
-        particles: &Particles,
-        cutoff2: f64,
+        columns: &[Vec<f32>; 3],
+        cutoff2: f32,
     ) {
         let at = coordinates(grid, base);
         let inside = grid.cells_per_block;
@@ -250,11 +257,13 @@ impl BlockList {
                 ];
                 self.collect_runs(grid, at, corner, here, first);
                 for head in first..last {
-                    self.scan_row::<W, D>(head, cell, &particles.position, cutoff2);
+                    self.scan_row::<W, D>(head, cell, columns, cutoff2);
                 }
             }
         }
-        self.neighbours.resize(self.pairs() + LANES, 0);
+        // What follows the last pair must lead to slots as well.
+        self.neighbours.truncate(self.pairs());
+        self.neighbours.resize(self.pairs() + MOST, 0);
     }
 
     /// Slot ranges that may hold partners of the heads in cell `here`, which lies in the block at
@@ -301,20 +310,28 @@ impl BlockList {
         &mut self,
         head: u32,
         cell: &PeriodicBox,
-        position: &[[f64; 4]],
-        cutoff2: f64,
+        columns: &[Vec<f32>; 3],
+        cutoff2: f32,
     ) {
         let begin = self.pairs();
         let mut length = begin;
-        let head_at = Separation::<W>::new(&position[head as usize], cell);
-        let near = W::splat(cutoff2);
+        let head_at = Separation::<Mixed, W>::new(
+            &[
+                columns[0][head as usize],
+                columns[1][head as usize],
+                columns[2][head as usize],
+                0.0,
+            ],
+            cell,
+        );
+        let near = W::Single::splat(cutoff2);
         for run in &self.runs {
             let start = run.start.max(head + 1);
             if start >= run.end {
                 continue;
             }
             // Room for all candidates, then keep what is near: no branch per candidate.
-            let room = length + (run.end - start) as usize + LANES;
+            let room = length + (run.end - start) as usize + MOST;
             if self.neighbours.len() < room {
                 if self.neighbours.capacity() < room {
                     // Doubling would waste what the particles themselves take.
@@ -322,16 +339,25 @@ impl BlockList {
                 }
                 self.neighbours.resize(room, 0);
             }
-            for slot in (start..run.end).step_by(LANES) {
-                let there = first_lanes((run.end - slot) as usize);
-                // SAFETY: slots of particles, and room for eight behind each place.
+            for slot in (start..run.end).step_by(MOST) {
+                let there = first_lanes::<W::Single>((run.end - slot) as usize);
+                // SAFETY: columns hold a vector behind each particle, places have room for one.
                 unsafe {
-                    let other = W::columns(position.as_ptr(), &consecutive(slot, position.len()));
+                    let other = [
+                        W::Single::load(columns[0].as_ptr().add(slot as usize)),
+                        W::Single::load(columns[1].as_ptr().add(slot as usize)),
+                        W::Single::load(columns[2].as_ptr().add(slot as usize)),
+                        near,
+                    ];
                     let keep = head_at.from::<D>(&other).1.below(near) & there;
                     let first = slot.wrapping_add(run.shift) as u16;
                     let to = self.neighbours.as_mut_ptr().add(length);
-                    to.cast::<[u16; LANES]>()
-                        .write_unaligned(kept_of_range(first, keep));
+                    let (low, high) = (keep as u8, (keep >> LANES) as u8);
+                    let kept = kept_of_range(first, low);
+                    to.cast::<[u16; LANES]>().write_unaligned(kept);
+                    let to = to.add(low.count_ones() as usize);
+                    let kept = kept_of_range(first.wrapping_add(LANES as u16), high);
+                    to.cast::<[u16; LANES]>().write_unaligned(kept);
                     length += keep.count_ones() as usize;
                 }
             }
@@ -352,9 +378,9 @@ impl BlockList {
     /// hash of the two ids. A pair update passes momentum along at once, so in a natural order it
     /// runs ahead along the rows and the fluid comes out too thin at large steps; shuffled, less so.
     /// The hash also deals the pairs out to the rounds of a sweep.
-    fn shuffle(&mut self, particles: &Particles) {
+    fn shuffle(&mut self, id: &[u64]) {
         const MIX: u64 = 0x9E37_79B9_7F4A_7C15;
-        let hash = |slot: u32| fmix64(particles.id[slot as usize].wrapping_add(MIX));
+        let hash = |slot: u32| fmix64(id[slot as usize].wrapping_add(MIX));
         let bucket = |a: u64, b: u64| {
             ((a ^ b).wrapping_mul(MIX) >> (64 - BUCKETS.trailing_zeros())) as usize
         };
@@ -392,24 +418,14 @@ impl BlockList {
     }
 }
 
-/// Eight slots from one on; the last there is again behind the end.
-#[inline(always)]
-fn consecutive(slot: u32, count: usize) -> [u32; LANES] {
-    if slot as usize + LANES <= count {
-        std::array::from_fn(|lane| slot + lane as u32)
-    } else {
-        std::array::from_fn(|lane| (slot + lane as u32).min(count as u32 - 1))
-    }
-}
-
 /// The search for the pairs of one base block.
 struct Search<'a, const D: usize> {
     block: &'a mut BlockList,
     base: usize,
     grid: &'a Grid,
     cell: &'a PeriodicBox,
-    particles: &'a Particles,
-    cutoff2: f64,
+    columns: &'a [Vec<f32>; 3],
+    cutoff2: f32,
 }
 
 impl<const D: usize> Task for Search<'_, D> {
@@ -419,7 +435,7 @@ impl<const D: usize> Task for Search<'_, D> {
     fn run<W: Wide>(self) {
         let (grid, cell) = (self.grid, self.cell);
         self.block
-            .search::<W, D>(self.base, grid, cell, self.particles, self.cutoff2);
+            .search::<W, D>(self.base, grid, cell, self.columns, self.cutoff2);
     }
 }
 
@@ -465,5 +481,64 @@ fn side(grid: &Grid, at: [usize; 3], axis: usize, cell: usize) -> Option<usize> 
         Some(1)
     } else {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// All pairs within the cutoff once, none far beyond it, and slots behind every last pair.
+    fn check<const D: usize>(edges: &[f64], n: usize, cutoff: f64) {
+        let cell = PeriodicBox::new(edges, 1.0).unwrap();
+        let mut particles = Particles::new(n, false);
+        for (k, x) in particles.position.iter_mut().enumerate() {
+            for a in 0..D {
+                let word = fmix64((k * 3 + a + 1) as u64) >> 11;
+                x[a] = cell.edges[a] * word as f64 / (1_u64 << 53) as f64;
+            }
+        }
+        let mut grid = Grid::new(&cell, D, n, cutoff);
+        grid.renew(&cell, D, &mut particles);
+        let mut list = PairList::default();
+        list.build::<D>(&grid, &cell, &mut particles, cutoff, true);
+        let mut found = BTreeSet::new();
+        for block in &list.blocks {
+            let mut begin = 0;
+            for &[head, end] in &block.rows {
+                for &place in &block.neighbours[begin..end as usize] {
+                    let other = block.slots[place as usize];
+                    assert!(found.insert([head.min(other), head.max(other)]));
+                }
+                begin = end as usize;
+            }
+            assert_eq!(block.neighbours.len(), begin + MOST);
+            for &place in &block.neighbours {
+                assert!(block.slots.is_empty() || (place as usize) < block.slots.len());
+            }
+        }
+        assert_eq!(found.len(), list.len());
+        for i in 0..n {
+            for j in i + 1..n {
+                let (x, y) = (particles.position[i], particles.position[j]);
+                let r = cell.nearest::<D>([x[0] - y[0], x[1] - y[1], x[2] - y[2]]);
+                let distance = r[..D].iter().map(|x| x * x).sum::<f64>().sqrt();
+                let listed = found.contains(&[i as u32, j as u32]);
+                assert!(listed || distance > cutoff);
+                assert!(!listed || distance < cutoff * (1.0 + 1e-5));
+            }
+        }
+    }
+
+    #[test]
+    fn lists_hold_all_pairs_once() {
+        for cutoff in [1.0, 1.03, 1.25] {
+            check::<3>(&[2.0, 2.4, 3.5], 150, cutoff);
+            check::<3>(&[5.0, 5.5, 6.1], 900, cutoff);
+            check::<2>(&[2.0, 9.7], 173, cutoff);
+            check::<2>(&[40.0, 6.0], 1200, cutoff);
+        }
     }
 }

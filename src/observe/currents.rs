@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::lags::{BlockedSums, Lags, Series, zeros};
 use super::{Observer, View};
 use crate::domain::PeriodicBox;
-use crate::random::cos_sin_turn;
+use crate::real::cos_sin_turn;
 use crate::sweep::{Task, Wide, run_wide};
 
 /// Columns of the table of sums, per wave vector: rho*(0) rho(t), longitudinal and transverse

@@ -8,7 +8,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::random::{Arithmetic, Plain, expm1_negative, expm1_negative_with};
+use crate::real::{Arithmetic, Plain, Real, expm1_negative};
 
 /// Which terms of the friction exist; chosen by type, so absent ones leave no code behind.
 pub trait FrictionForm: Copy + Send + Sync + 'static {
@@ -135,11 +135,11 @@ impl PairFriction {
 
 #[inline(always)]
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    dot_with::<Plain>(a, b)
+    dot_with::<Plain, f64>(a, b)
 }
 
 #[inline(always)]
-fn dot_with<A: Arithmetic>(a: [f64; 3], b: [f64; 3]) -> f64 {
+fn dot_with<A: Arithmetic, R: Real>(a: [R; 3], b: [R; 3]) -> R {
     A::fused(a[2], b[2], A::fused(a[1], b[1], a[0] * b[0]))
 }
 
@@ -149,31 +149,31 @@ impl Kick {
     /// `root_g` = sqrt(g) counts with noise only.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
-    pub fn force<F: FrictionForm, A: Arithmetic>(
+    pub fn force<F: FrictionForm, A: Arithmetic, R: Real>(
         &self,
-        g: f64,
-        root_g: f64,
-        inverse_r: f64,
-        r: [f64; 3],
-        u: [f64; 3],
-        xi: [f64; 3],
+        g: R,
+        root_g: R,
+        inverse_r: R,
+        r: [R; 3],
+        u: [R; 3],
+        xi: [R; 3],
         noise: bool,
-    ) -> [f64; 3] {
+    ) -> [R; 3] {
         let inverse_r2 = inverse_r * inverse_r;
-        let along = -self.drag_along * g * inverse_r2 * dot_with::<A>(r, u);
+        let along = R::of(-self.drag_along) * g * inverse_r2 * dot_with::<A, R>(r, u);
         if F::CENTRAL {
             let mut strength = along;
             if noise {
-                strength += self.noise_along * (root_g * inverse_r) * xi[0];
+                strength += R::of(self.noise_along) * (root_g * inverse_r) * xi[0];
             }
             return r.map(|x| strength * x);
         }
-        let across = -self.drag_across * g;
+        let across = R::of(-self.drag_across) * g;
         if !noise {
             return std::array::from_fn(|a| A::fused(along, r[a], across * u[a]));
         }
-        let noise_along = self.noise_along * root_g * inverse_r2 * dot_with::<A>(r, xi);
-        let noise_across = self.noise_across * root_g;
+        let noise_along = R::of(self.noise_along) * root_g * inverse_r2 * dot_with::<A, R>(r, xi);
+        let noise_across = R::of(self.noise_across) * root_g;
         std::array::from_fn(|a| {
             A::fused(
                 along + noise_along,
@@ -195,7 +195,7 @@ impl Kick {
         xi: [f64; 3],
         noise: bool,
     ) -> [f64; 3] {
-        self.force::<F, Plain>(g, g.sqrt(), inverse_r2.sqrt(), r, u, xi, noise)
+        self.force::<F, Plain, f64>(g, g.sqrt(), inverse_r2.sqrt(), r, u, xi, noise)
     }
 
     /// Drag and noise on i from one link: -g (a I + b Ebar) u and its noise; u and the sign of xi as
@@ -311,7 +311,7 @@ impl Exchange {
         noise: bool,
     ) -> [f64; 3] {
         // Half the rate of a pair, whose u decays from both ends; and half its variance.
-        let terms = self.terms::<F, Plain>(0.5 * g, inverse_r2.sqrt(), r, xi, noise);
+        let terms = self.terms::<F, Plain, f64>(0.5 * g, inverse_r2.sqrt(), r, xi, noise);
         let along = terms.half_along * dot(r, u);
         let root = std::f64::consts::SQRT_2;
         std::array::from_fn(|a| {
@@ -379,53 +379,55 @@ impl Exchange {
 /// The change of v_i (and minus that of v_j) in one exchange, dv = half_across u + half_along r
 /// (r.u) + noise: everything that does not depend on the velocities.
 #[derive(Debug, Clone, Copy)]
-pub struct ExchangeTerms {
+pub struct ExchangeTerms<R> {
     /// Factor of u.
-    pub half_across: f64,
+    pub half_across: R,
     /// Factor of r (r.u).
-    pub half_along: f64,
+    pub half_along: R,
     /// The random part; the central form uses the first component, times r.
-    pub noise: [f64; 3],
+    pub noise: [R; 3],
 }
 
 impl Exchange {
     /// Exact solution of the pair's Ornstein-Uhlenbeck process (Shardlow 2003 split it off; the
     /// exact form is in Serrano et al., J. Phys. A 39 (2006) 1523).
     #[inline(always)]
-    pub fn terms<F: FrictionForm, A: Arithmetic>(
+    pub fn terms<F: FrictionForm, A: Arithmetic, R: Real>(
         &self,
-        g: f64,
-        inverse_r: f64,
-        r: [f64; 3],
-        xi: [f64; 3],
+        g: R,
+        inverse_r: R,
+        r: [R; 3],
+        xi: [R; 3],
         noise: bool,
-    ) -> ExchangeTerms {
+    ) -> ExchangeTerms<R> {
+        let half = R::of(0.5);
         let inverse_r2 = inverse_r * inverse_r;
-        let along = expm1_negative_with::<A>(self.rate_along * g);
+        let along = (R::of(self.rate_along) * g).expm1_negative::<A>();
         // 1 - E^2 with E = 1 + m: no cancellation where the step is short.
-        let spread = |m: f64| (-m * (2.0 + m) * self.variance).sqrt();
+        let spread = |m: R| (-m * (R::of(2.0) + m) * R::of(self.variance)).sqrt();
         if F::CENTRAL {
             let kick = if noise {
-                0.5 * spread(along) * inverse_r * xi[0]
+                half * spread(along) * inverse_r * xi[0]
             } else {
-                0.0
+                R::ZERO
             };
             return ExchangeTerms {
-                half_across: 0.0,
-                half_along: 0.5 * along * inverse_r2,
-                noise: [kick, 0.0, 0.0],
+                half_across: R::ZERO,
+                half_along: half * along * inverse_r2,
+                noise: [kick, R::ZERO, R::ZERO],
             };
         }
-        let across = expm1_negative_with::<A>(self.rate_across * g);
-        let mut kick = [0.0; 3];
+        let across = (R::of(self.rate_across) * g).expm1_negative::<A>();
+        let mut kick = [R::ZERO; 3];
         if noise {
-            let spread_across = 0.5 * spread(across);
-            let excess = (0.5 * spread(along) - spread_across) * inverse_r2 * dot_with::<A>(r, xi);
+            let spread_across = half * spread(across);
+            let excess =
+                (half * spread(along) - spread_across) * inverse_r2 * dot_with::<A, R>(r, xi);
             kick = std::array::from_fn(|a| A::fused(spread_across, xi[a], excess * r[a]));
         }
         ExchangeTerms {
-            half_across: 0.5 * across,
-            half_along: 0.5 * (along - across) * inverse_r2,
+            half_across: half * across,
+            half_along: half * (along - across) * inverse_r2,
             noise: kick,
         }
     }

@@ -134,7 +134,7 @@ impl Core {
         friction_across, friction_along, eos, noise, integrator, iterations, body_force, dt, seed, skin,
         threads, flow_speed=0.0, periodic=Vec::new(), walls=Vec::new(),
         fields=Vec::new(), wall_model=None, frozen=None, exchanges="none", thermal=None,
-        temperatures=None))]
+        temperatures=None, precision="double"))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -166,6 +166,7 @@ impl Core {
         exchanges: &str,
         thermal: Option<ThermalArguments>,
         temperatures: Option<PyReadonlyArray1<'_, f64>>,
+        precision: &str,
     ) -> PyResult<Self> {
         let (positions, velocities) = (positions.as_array(), velocities.as_array());
         let n = positions.nrows();
@@ -179,6 +180,7 @@ impl Core {
                 noise,
                 integrator,
                 exchanges: exchanges.to_owned(),
+                precision: precision.to_owned(),
             },
             edges: r#box,
             support,
@@ -318,35 +320,50 @@ impl Core {
         Ok(self.lock()?.time())
     }
 
-    /// Advances by `steps` steps of `dt`; the arrays show the new state afterwards, or the old one
-    /// if the run failed.
-    fn run(&self, py: Python<'_>, steps: u64, dt: f64) -> PyResult<()> {
+    /// Advances by `steps` steps of `dt`; if `show`, the arrays show the new state afterwards. If the
+    /// run fails, the state is again the one they show. Call `show` before anything else but `run`.
+    #[pyo3(signature = (steps, dt, show=true))]
+    fn run(&self, py: Python<'_>, steps: u64, dt: f64, show: bool) -> PyResult<()> {
         if !(dt.is_finite() && dt > 0.0) {
             return Err(PyValueError::new_err(format!(
                 "`dt` must be finite and > 0, got {dt}"
             )));
         }
         let mut engine = self.lock()?;
-        self.columns.import(py, &mut engine)?;
-        let (step, clock) = (engine.step, engine.clock());
+        if !engine.is_ahead() {
+            self.columns.import(py, &mut engine)?;
+        }
         let result = {
             let engine = &mut *engine;
-            py.detach(|| engine.run(steps, dt))
+            py.detach(|| engine.advance(steps, dt))
         };
         match result {
             Ok(()) => {
-                self.columns.export(py, &engine);
+                if show {
+                    self.columns.export(py, &engine);
+                    engine.accept();
+                }
                 Ok(())
             }
             Err(error) => {
                 self.columns.go_back(py, &mut engine);
-                engine.set_clock(clock, step);
+                engine.undo();
                 // The exported state was good, so this cannot fail; if it does, the next run says so.
                 let _ = engine.renew(true);
                 let _ = self.columns.settle(py, &mut engine, &vec![true; self.n]);
                 Err(to_python(py, &error))
             }
         }
+    }
+
+    /// Shows the state that the last run reached.
+    fn show(&self, py: Python<'_>) -> PyResult<()> {
+        let mut engine = self.lock()?;
+        if engine.is_ahead() {
+            self.columns.export(py, &engine);
+            engine.accept();
+        }
+        Ok(())
     }
 
     /// Brings derived arrays up to date with what the user wrote.

@@ -11,7 +11,8 @@ use super::walls::WallField;
 use crate::domain::PeriodicBox;
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::neighbor::{SkinModel, automatic_skin};
-use crate::random::{Gaussian, Plain, Stream, SweepKey, Uniform, Variate};
+use crate::random::{Gaussian, Stream, SweepKey, Uniform, Variate};
+use crate::real::Plain;
 use crate::units::Units;
 use crate::wall::{CurvatureWeight, Missing, WallSettings, Walls};
 use crate::{eos, random, registry, relax};
@@ -30,6 +31,16 @@ fn check_dimension(dimension: usize) -> PyResult<()> {
     }
 }
 
+/// Floating-point operations and bytes a second that so many threads reach at best, by loops of
+/// nothing else.
+#[pyfunction]
+fn peak(py: Python<'_>, threads: usize) -> PyResult<(f64, f64)> {
+    let [flops, bytes] = py
+        .detach(|| crate::peak::peak(threads.max(1)))
+        .map_err(|e| to_python(py, &e))?;
+    Ok((flops, bytes))
+}
+
 /// Names of the kernels.
 #[pyfunction]
 fn kernel_names() -> Vec<&'static str> {
@@ -38,8 +49,8 @@ fn kernel_names() -> Vec<&'static str> {
 
 fn profile<K: Kernel>(dimension: usize, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let both = |q: f64| match dimension {
-        2 => (K::w::<2>(q), K::f::<2>(q)),
-        _ => (K::w::<3>(q), K::f::<3>(q)),
+        2 => (K::w::<_, 2>(q), K::f::<_, 2>(q)),
+        _ => (K::w::<_, 3>(q), K::f::<_, 3>(q)),
     };
     q.iter().map(|&q| both(q)).unzip()
 }
@@ -138,8 +149,8 @@ fn pair_variates<'py>(
     for (k, (&a, &b)) in a.iter().zip(b.iter()).enumerate() {
         let words = key.pair_words(a, b);
         let xi = match variate {
-            "gaussian" => Gaussian::draw::<Plain>(words, 1.0, dimension),
-            "uniform" => Uniform::draw::<Plain>(words, 1.0, dimension),
+            "gaussian" => Gaussian::draw::<Plain, f64>(words, 1.0, dimension),
+            "uniform" => Uniform::draw::<Plain, f64>(words, 1.0, dimension),
             other => {
                 return Err(invalid(format!(
                     "`variate` must be \"gaussian\" or \"uniform\", got {other:?}"
@@ -165,6 +176,7 @@ fn registry_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         row.set_item("noise", combination.noise)?;
         row.set_item("integrator", combination.integrator)?;
         row.set_item("exchanges", combination.exchanges)?;
+        row.set_item("precision", combination.precision)?;
         rows.append(row)?;
     }
     Ok(rows)
@@ -386,6 +398,7 @@ fn check_walls(
 /// Adds all functions to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(kernel_names, module)?)?;
+    module.add_function(wrap_pyfunction!(peak, module)?)?;
     module.add_function(wrap_pyfunction!(kernel_profile, module)?)?;
     module.add_function(wrap_pyfunction!(eos_evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(philox4x32, module)?)?;

@@ -1,18 +1,14 @@
 //! Randomness by counters: (seed, stream, step, draw, id pair) is the key and nothing else is, so
 //! the numbers do not depend on threads, storage order or how a run is cut into pieces.
 
-mod elementary;
 mod philox;
 mod sequence;
 mod variates;
 
-pub use elementary::{
-    Arithmetic, Fused, Plain, ROUNDER, cos_sin_turn, expm1_negative, expm1_negative_with,
-    inverse_root, inverse_root_with, ln, root,
-};
+pub(crate) use philox::{MULTIPLIER_0, MULTIPLIER_1, ROUNDS, WEYL_0, WEYL_1};
 pub use philox::{philox4x32, philox4x32_lanes};
 pub use sequence::Sequence;
-pub use variates::{Gaussian, Silent, Uniform, Variate, unit_interval};
+pub use variates::{Gaussian, Silent, Uniform, Variate};
 
 /// Every use of random numbers has its own stream; two uses can never share a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

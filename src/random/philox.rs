@@ -1,11 +1,11 @@
 //! Philox4x32-10, the counter-based generator of Salmon et al., "Parallel random numbers: as easy
 //! as 1, 2, 3" (SC11, 2011). A counter and a key give four words; there is no state to carry.
 
-const MULTIPLIER_0: u64 = 0xD251_1F53;
-const MULTIPLIER_1: u64 = 0xCD9E_8D57;
-const WEYL_0: u32 = 0x9E37_79B9;
-const WEYL_1: u32 = 0xBB67_AE85;
-const ROUNDS: usize = 10;
+pub(crate) const MULTIPLIER_0: u64 = 0xD251_1F53;
+pub(crate) const MULTIPLIER_1: u64 = 0xCD9E_8D57;
+pub(crate) const WEYL_0: u32 = 0x9E37_79B9;
+pub(crate) const WEYL_1: u32 = 0xBB67_AE85;
+pub(crate) const ROUNDS: usize = 10;
 const LOW: u64 = 0xFFFF_FFFF;
 
 /// Four words from a counter and a key. The words travel as `u64` below 2^32 because that is the

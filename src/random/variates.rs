@@ -1,16 +1,10 @@
 //! From the four words of a pair to the variates of its random force. Each kind has mean 0,
 //! variance 1 and independent components; only their higher moments and their cost differ.
 
-use super::elementary::{Arithmetic, cos_sin_turn_with, from_integer, ln_with};
+use crate::real::{Arithmetic, Real};
 
 const SCALE: f64 = 1.0 / 4_294_967_296.0;
 const SQRT_12: f64 = 3.464_101_615_137_754_6;
-
-/// A number in (0, 1) from a word.
-#[inline(always)]
-pub fn unit_interval(word: u64) -> f64 {
-    (from_integer(word) + 0.5) * SCALE
-}
 
 /// How the random force of a pair is distributed.
 pub trait Variate: Copy + Send + Sync + 'static {
@@ -20,7 +14,7 @@ pub trait Variate: Copy + Send + Sync + 'static {
     const ON: bool;
     /// Three variates from four words (2D uses the first two, the central form the first), times
     /// `sign`, which is 1 or -1.
-    fn draw<A: Arithmetic>(words: [u64; 4], sign: f64, count: usize) -> [f64; 3];
+    fn draw<A: Arithmetic, R: Real>(words: [u64; 4], sign: R, count: usize) -> [R; 3];
     /// Four variates from four words; the first ones are those of `draw`.
     fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4];
 }
@@ -33,8 +27,8 @@ impl Variate for Silent {
     const NAME: &'static str = "none";
     const ON: bool = false;
     #[inline(always)]
-    fn draw<A: Arithmetic>(_: [u64; 4], _: f64, _: usize) -> [f64; 3] {
-        [0.0; 3]
+    fn draw<A: Arithmetic, R: Real>(_: [u64; 4], _: R, _: usize) -> [R; 3] {
+        [R::ZERO; 3]
     }
     #[inline(always)]
     fn draw_four<A: Arithmetic>(_: [u64; 4]) -> [f64; 4] {
@@ -47,9 +41,9 @@ impl Variate for Silent {
 pub struct Gaussian;
 
 #[inline(always)]
-fn box_muller<A: Arithmetic>(a: u64, b: u64) -> (f64, f64) {
-    let radius = (-2.0 * ln_with::<A>(unit_interval(a))).sqrt();
-    let (c, s) = cos_sin_turn_with::<A>(from_integer(b) * SCALE);
+fn box_muller<A: Arithmetic, R: Real>(a: u64, b: u64) -> (R, R) {
+    let radius = (R::of(-2.0) * R::unit_interval(a).ln::<A>()).sqrt();
+    let (c, s) = R::fraction(b).cos_sin_turn::<A>();
     (radius * c, radius * s)
 }
 
@@ -57,19 +51,19 @@ impl Variate for Gaussian {
     const NAME: &'static str = "gaussian";
     const ON: bool = true;
     #[inline(always)]
-    fn draw<A: Arithmetic>(words: [u64; 4], sign: f64, count: usize) -> [f64; 3] {
-        let (x, y) = box_muller::<A>(words[0], words[1]);
+    fn draw<A: Arithmetic, R: Real>(words: [u64; 4], sign: R, count: usize) -> [R; 3] {
+        let (x, y) = box_muller::<A, R>(words[0], words[1]);
         let z = if count > 2 {
-            box_muller::<A>(words[2], words[3]).0
+            box_muller::<A, R>(words[2], words[3]).0
         } else {
-            0.0
+            R::ZERO
         };
         [x, y, z].map(|variate| sign * variate)
     }
     #[inline(always)]
     fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4] {
-        let (x, y) = box_muller::<A>(words[0], words[1]);
-        let (z, last) = box_muller::<A>(words[2], words[3]);
+        let (x, y) = box_muller::<A, f64>(words[0], words[1]);
+        let (z, last) = box_muller::<A, f64>(words[2], words[3]);
         [x, y, z, last]
     }
 }
@@ -79,29 +73,22 @@ impl Variate for Gaussian {
 #[derive(Debug, Clone, Copy)]
 pub struct Uniform;
 
-/// sqrt(12) (u - 1/2) of the uniform u in (0, 1) of a word: the difference is exact, and a power of
-/// two moves into the factor.
-#[inline(always)]
-fn centred(word: u64, factor: f64) -> f64 {
-    const HALF: f64 = 2_147_483_648.0;
-    ((from_integer(word) - HALF) + 0.5) * factor
-}
-
 impl Variate for Uniform {
     const NAME: &'static str = "uniform";
     const ON: bool = true;
     #[inline(always)]
-    fn draw<A: Arithmetic>(words: [u64; 4], sign: f64, _: usize) -> [f64; 3] {
-        let factor = sign * (SQRT_12 * SCALE);
+    fn draw<A: Arithmetic, R: Real>(words: [u64; 4], sign: R, _: usize) -> [R; 3] {
+        // sqrt(12) (u - 1/2) of a uniform u: a power of two moves into the factor.
+        let factor = sign * R::of(SQRT_12 * SCALE);
         [
-            centred(words[0], factor),
-            centred(words[1], factor),
-            centred(words[2], factor),
+            R::centred(words[0]) * factor,
+            R::centred(words[1]) * factor,
+            R::centred(words[2]) * factor,
         ]
     }
     #[inline(always)]
     fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4] {
-        words.map(|word| centred(word, SQRT_12 * SCALE))
+        words.map(|word| f64::centred(word) * (SQRT_12 * SCALE))
     }
 }
 
@@ -109,36 +96,66 @@ impl Variate for Uniform {
 mod tests {
     use super::super::{Stream, SweepKey};
     use super::*;
+    use crate::real::Plain;
 
-    fn moments<V: Variate>() -> ([f64; 3], [f64; 3], [f64; 3]) {
+    fn moments<V: Variate, R: Real>() -> ([f64; 3], [f64; 3], [f64; 3]) {
         let n = 400_000_u64;
         let key = SweepKey::new(20_13, Stream::PairForce, 5, 0);
         let (mut mean, mut square, mut fourth) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         for id in 0..n {
-            let x = V::draw::<super::super::Plain>(key.pair_words(id, id + 1), 1.0, 3);
+            let x = V::draw::<Plain, R>(key.pair_words(id, id + 1), R::of(1.0), 3);
             for a in 0..3 {
-                mean[a] += x[a] / n as f64;
-                square[a] += x[a] * x[a] / n as f64;
-                fourth[a] += x[a].powi(4) / n as f64;
+                let x = x[a].double();
+                mean[a] += x / n as f64;
+                square[a] += x * x / n as f64;
+                fourth[a] += x.powi(4) / n as f64;
             }
         }
         (mean, square, fourth)
     }
 
-    #[test]
-    fn moments_are_right_within_four_standard_errors() {
+    fn check<R: Real>() {
         let root = (400_000_f64).sqrt();
-        let (mean, square, fourth) = moments::<Gaussian>();
+        let (mean, square, fourth) = moments::<Gaussian, R>();
         for a in 0..3 {
             assert!(mean[a].abs() < 4.0 / root);
             assert!((square[a] - 1.0).abs() < 4.0 * 2.0_f64.sqrt() / root);
             assert!((fourth[a] - 3.0).abs() < 4.0 * 96.0_f64.sqrt() / root);
         }
-        let (mean, square, fourth) = moments::<Uniform>();
+        let (mean, square, fourth) = moments::<Uniform, R>();
         for a in 0..3 {
             assert!(mean[a].abs() < 4.0 / root);
             assert!((square[a] - 1.0).abs() < 4.0 * 0.8_f64.sqrt() / root);
             assert!((fourth[a] - 1.8).abs() < 4.0 * 5.76_f64.sqrt() / root);
         }
+    }
+
+    #[test]
+    fn moments_are_right_within_four_standard_errors() {
+        check::<f64>();
+        check::<f32>();
+    }
+
+    #[test]
+    fn single_precision_rounds_the_variates_of_double_precision() {
+        let key = SweepKey::new(5, Stream::PairExchange, 1, 0);
+        let mut square = 0.0;
+        for id in 0..20_000_u64 {
+            let words = key.pair_words(id, id + 1);
+            let wide: [[f64; 3]; 2] = [
+                Gaussian::draw::<Plain, _>(words, -1.0, 3),
+                Uniform::draw::<Plain, _>(words, -1.0, 3),
+            ];
+            let narrow: [[f32; 3]; 2] = [
+                Gaussian::draw::<Plain, _>(words, -1.0, 3),
+                Uniform::draw::<Plain, _>(words, -1.0, 3),
+            ];
+            for (wide, narrow) in wide.concat().iter().zip(narrow.concat()) {
+                square += (wide - narrow.double()).powi(2);
+                // Close to u = 1 a radius is the root of the rounding of u.
+                assert!((wide - narrow.double()).abs() < 4e-4, "{wide} {narrow}");
+            }
+        }
+        assert!((square / 120_000.0).sqrt() < 3e-6);
     }
 }

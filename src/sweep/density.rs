@@ -2,32 +2,33 @@
 
 use rayon::prelude::*;
 
-use super::rows::{ROOM, square_distances, whole};
+use super::precision::{Copies, Precision};
+use super::rows::{ROOM, near_partners, whole};
 use super::{CHUNK, Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
-use crate::random::inverse_root_with;
+use crate::real::Real;
 use crate::state::Particles;
 
-struct DensityTask<'a, K, const D: usize> {
+struct DensityTask<'a, K, P: Precision, const D: usize> {
     block: &'a BlockList,
     near: &'a mut Rows,
     cell: &'a PeriodicBox,
-    position: &'a [[f64; 4]],
+    place: &'a [[P::Real; 4]],
     /// Where the sums go, if they are wanted.
     density: Option<Shared<'a, f64>>,
     kernel: std::marker::PhantomData<K>,
 }
 
-impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
+impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> {
     type Output = ();
 
     #[inline(always)]
     fn run<W: Wide>(self) {
         let (block, near) = (self.block, self.near);
         near.ends.clear();
-        let mut weight = [0.0; ROOM];
+        let mut weight = [P::Real::ZERO; ROOM];
         let (mut begin, mut length) = (0, 0);
         for &[head, end] in &block.rows {
             let row = begin..end as usize;
@@ -36,34 +37,30 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
             for first in row.clone().step_by(CHUNK) {
                 let count = (row.end - first).min(CHUNK);
                 // SAFETY: a row of this block.
-                unsafe {
-                    square_distances::<W, D>(
+                let found = unsafe {
+                    near_partners::<P, W, D>(
                         block,
                         self.cell,
-                        self.position,
+                        self.place,
                         head,
                         first,
                         count,
                         &mut weight,
                         near,
-                        &mut length,
-                    );
-                }
+                        length,
+                    )
+                };
+                let partners = length..length + found;
+                length = partners.end;
                 let Some(density) = self.density else {
                     continue;
                 };
-                for x in &mut weight[..whole(count)] {
+                for x in &mut weight[..whole::<P::Real>(found)] {
                     let r2 = *x;
-                    *x = K::w::<D>(
-                        r2 * inverse_root_with::<W::Arithmetic>(if r2 > 1e-30 {
-                            r2
-                        } else {
-                            1e-30
-                        }),
-                    );
+                    *x = K::w::<_, D>(r2 * r2.at_least(1e-30).inverse_root::<W::Arithmetic>());
                 }
-                let partners = &block.neighbours[first..first + count];
-                for (w, &place) in weight.iter().zip(partners) {
+                for (w, &place) in weight.iter().zip(&near.places[partners]) {
+                    let w = w.double();
                     own += w;
                     // SAFETY: blocks of one colour share no particle, and other != head.
                     unsafe {
@@ -84,32 +81,40 @@ impl<K: Kernel, const D: usize> Task for DensityTask<'_, K, D> {
 }
 
 /// Number densities of all particles, in units of h^-D; notes which pairs are within the support.
-pub fn number_densities<K: Kernel, const D: usize>(
+pub fn number_densities<K: Kernel, P: Precision, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
     list: &mut PairList,
     cell: &PeriodicBox,
 ) {
-    particles.density.fill(K::w::<D>(0.0));
-    let density = Shared::new(&mut particles.density);
-    sweep::<K, D>(Some(density), &particles.position, grid, list, cell);
+    let Particles {
+        position,
+        density,
+        copies,
+        ..
+    } = particles;
+    density.fill(K::w::<_, D>(0.0));
+    let density = Some(Shared::new(density));
+    sweep::<K, P, D>(density, position, copies, grid, list, cell);
 }
 
-fn sweep<K: Kernel, const D: usize>(
+fn sweep<K: Kernel, P: Precision, const D: usize>(
     density: Option<Shared<'_, f64>>,
     position: &[[f64; 4]],
+    copies: &mut Copies,
     grid: &Grid,
     list: &mut PairList,
     cell: &PeriodicBox,
 ) {
+    let place = P::places(position, cell, &mut copies.place);
     let near = Shared::new(&mut list.near);
     for_each_block(grid, &list.blocks, false, &|number, block| {
-        run_wide(DensityTask::<K, D> {
+        run_wide(DensityTask::<K, P, D> {
             block,
             // SAFETY: each block once.
             near: unsafe { near.slot(number) },
             cell,
-            position,
+            place,
             density,
             kernel: std::marker::PhantomData,
         });
@@ -118,14 +123,17 @@ fn sweep<K: Kernel, const D: usize>(
 }
 
 /// Finds the pairs within the support, unless they are known.
-pub(super) fn know_near<K: Kernel, const D: usize>(
-    particles: &Particles,
+pub(super) fn know_near<K: Kernel, P: Precision, const D: usize>(
+    particles: &mut Particles,
     grid: &Grid,
     list: &mut PairList,
     cell: &PeriodicBox,
 ) {
     if !list.near_is_known {
-        sweep::<K, D>(None, &particles.position, grid, list, cell);
+        let Particles {
+            position, copies, ..
+        } = particles;
+        sweep::<K, P, D>(None, position, copies, grid, list, cell);
     }
 }
 

@@ -5,6 +5,7 @@
 use std::marker::PhantomData;
 
 use super::couples::{Couples, Rest};
+use super::precision::Precision;
 use super::rows::{Noise, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::{CHUNK, Shared, Task, Wide, for_each_block, run_wide};
@@ -12,7 +13,8 @@ use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
 use crate::physics::{Exchange, FrictionForm};
-use crate::random::{SweepKey, Variate, inverse_root_with};
+use crate::random::{SweepKey, Variate};
+use crate::real::Real;
 use crate::state::Particles;
 
 /// Order of the sweep: the second half of a step runs backward, which makes the step symmetric.
@@ -26,29 +28,29 @@ pub enum Direction {
 
 /// The arrays of one chunk.
 #[repr(align(64))] // vectors must not straddle cache lines
-struct Lanes {
-    pairs: Couples,
-    across: [f64; ROOM],
-    along: [f64; ROOM],
-    noise: Noise<3>,
+struct Lanes<P: Precision> {
+    pairs: Couples<P>,
+    across: [P::Real; ROOM],
+    along: [P::Real; ROOM],
+    noise: Noise<3, P::Real>,
 }
 
 /// Fills the lanes.
-struct Gather<'a, 'r, const D: usize, const NOISE: bool> {
-    sweep: &'a Sweep<'a>,
+struct Gather<'a, 'r, P: Precision, const D: usize, const NOISE: bool> {
+    sweep: &'a Sweep<'a, P>,
     block: &'a BlockList,
     rest: &'a mut Rest<'r>,
-    lanes: &'a mut Lanes,
+    lanes: &'a mut Lanes<P>,
 }
 
-impl<const D: usize, const NOISE: bool> Task for Gather<'_, '_, D, NOISE> {
+impl<P: Precision, const D: usize, const NOISE: bool> Task for Gather<'_, '_, P, D, NOISE> {
     type Output = ();
 
     #[inline(always)]
     fn run<W: Wide>(self) {
         let Lanes { pairs, noise, .. } = self.lanes;
-        let Sweep { cell, position, .. } = self.sweep;
-        pairs.fill::<W, D>(self.block, cell, position, self.rest);
+        let Sweep { cell, place, .. } = self.sweep;
+        pairs.fill::<W, D>(self.block, cell, place, self.rest);
         if NOISE {
             noise.name_pairs(&pairs.slots, pairs.count, self.sweep.id);
         }
@@ -56,31 +58,31 @@ impl<const D: usize, const NOISE: bool> Task for Gather<'_, '_, D, NOISE> {
 }
 
 /// All that does not depend on the velocities.
-struct Terms<'a, K, F, const D: usize, const NOISE: bool> {
-    lanes: &'a mut Lanes,
+struct Terms<'a, K, F, P: Precision, const D: usize, const NOISE: bool> {
+    lanes: &'a mut Lanes<P>,
     exchange: &'a Exchange,
     form: PhantomData<(K, F)>,
 }
 
-impl<K: Kernel, F: FrictionForm, const D: usize, const NOISE: bool> Task
-    for Terms<'_, K, F, D, NOISE>
+impl<K: Kernel, F: FrictionForm, P: Precision, const D: usize, const NOISE: bool> Task
+    for Terms<'_, K, F, P, D, NOISE>
 {
     type Output = ();
 
     #[inline(always)]
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
-        for k in 0..whole(lanes.pairs.count) {
+        for k in 0..whole::<P::Real>(lanes.pairs.count) {
             let r = [
                 lanes.pairs.r[0][k],
                 lanes.pairs.r[1][k],
                 lanes.pairs.r[2][k],
             ];
             let r2 = lanes.pairs.r2[k];
-            let inverse_r = inverse_root_with::<W::Arithmetic>(if r2 > 1e-30 { r2 } else { 1e-30 });
+            let inverse_r = r2.at_least(1e-30).inverse_root::<W::Arithmetic>();
             let weight = lanes.pairs.weight[k];
-            let g = K::f::<D>(r2 * inverse_r) * (weight * weight);
-            let mut xi = [0.0; 3];
+            let g = K::f::<_, D>(r2 * inverse_r) * (weight * weight);
+            let mut xi = [P::Real::ZERO; 3];
             if NOISE {
                 xi = [
                     lanes.noise.xi[0][k],
@@ -90,7 +92,7 @@ impl<K: Kernel, F: FrictionForm, const D: usize, const NOISE: bool> Task
             }
             let terms = self
                 .exchange
-                .terms::<F, W::Arithmetic>(g, inverse_r, r, xi, NOISE);
+                .terms::<F, W::Arithmetic, P::Real>(g, inverse_r, r, xi, NOISE);
             lanes.across[k] = terms.half_across;
             lanes.along[k] = terms.half_along;
             for a in 0..D {
@@ -101,35 +103,37 @@ impl<K: Kernel, F: FrictionForm, const D: usize, const NOISE: bool> Task
 }
 
 /// Changes the velocities, one pair after the other.
-struct Update<'a, 'v, const D: usize, const CENTRAL: bool> {
-    lanes: &'a mut Lanes,
+struct Update<'a, 'v, P: Precision, const D: usize, const CENTRAL: bool> {
+    lanes: &'a mut Lanes<P>,
     velocity: &'a Shared<'v, [f64; 4]>,
     virial: Option<&'a mut Virial>,
 }
 
-impl<const D: usize, const CENTRAL: bool> Update<'_, '_, D, CENTRAL> {
+impl<P: Precision, const D: usize, const CENTRAL: bool> Update<'_, '_, P, D, CENTRAL> {
     /// v_i += dv, v_j -= dv for one lane; returns dv.
     #[inline(always)]
-    fn pair(lanes: &Lanes, velocity: &Shared<'_, [f64; 4]>, k: usize) -> [f64; 3] {
+    fn pair(lanes: &Lanes<P>, velocity: &Shared<'_, [f64; 4]>, k: usize) -> [P::Real; 3] {
         let [i, j] = lanes.pairs.slots[k];
         // SAFETY: blocks of one colour share no particle, and i != j.
         let (v, w) = unsafe { (velocity.slot(i), velocity.slot(j)) };
-        let mut approach = 0.0;
+        let mut u = [P::Real::ZERO; 3];
+        let mut approach = P::Real::ZERO;
         for a in 0..D {
-            approach += lanes.pairs.r[a][k] * (v[a] - w[a]);
+            u[a] = P::Real::of(v[a] - w[a]);
+            approach += lanes.pairs.r[a][k] * u[a];
         }
         let mut along = lanes.along[k] * approach;
         if CENTRAL {
             along += lanes.noise.xi[0][k];
         }
-        let mut change = [0.0; 3];
+        let mut change = [P::Real::ZERO; 3];
         for a in 0..D {
             let mut dv = along * lanes.pairs.r[a][k];
             if !CENTRAL {
-                dv += lanes.across[k] * (v[a] - w[a]) + lanes.noise.xi[a][k];
+                dv += lanes.across[k] * u[a] + lanes.noise.xi[a][k];
             }
-            v[a] += dv;
-            w[a] -= dv;
+            v[a] += dv.double();
+            w[a] -= dv.double();
             change[a] = dv;
         }
         change
@@ -137,20 +141,20 @@ impl<const D: usize, const CENTRAL: bool> Update<'_, '_, D, CENTRAL> {
 
     /// The drag and the random part of a change of velocity (unit mass: of momentum).
     #[inline(always)]
-    fn keep(lanes: &Lanes, k: usize, change: [f64; 3], parts: &mut PartLanes) {
+    fn keep(lanes: &Lanes<P>, k: usize, change: [P::Real; 3], parts: &mut PartLanes) {
         for a in 0..D {
             let random = if CENTRAL {
                 lanes.noise.xi[0][k] * lanes.pairs.r[a][k]
             } else {
                 lanes.noise.xi[a][k]
             };
-            parts.parts[1][a][k] = change[a] - random;
-            parts.parts[2][a][k] = random;
+            parts.parts[1][a][k] = (change[a] - random).double();
+            parts.parts[2][a][k] = random.double();
         }
     }
 }
 
-impl<const D: usize, const CENTRAL: bool> Task for Update<'_, '_, D, CENTRAL> {
+impl<P: Precision, const D: usize, const CENTRAL: bool> Task for Update<'_, '_, P, D, CENTRAL> {
     type Output = ();
 
     #[inline(always)]
@@ -171,7 +175,7 @@ impl<const D: usize, const CENTRAL: bool> Task for Update<'_, '_, D, CENTRAL> {
                     let change = Self::pair(lanes, velocity, k);
                     Self::keep(lanes, k, change, parts);
                 }
-                parts.add_to::<D, ROOM>(sum, &lanes.pairs.r, count);
+                parts.add_to::<D, ROOM, _>(sum, &lanes.pairs.r, count);
             }
             Some(Virial { sum, parts: None }) => {
                 for k in 0..count {
@@ -181,16 +185,21 @@ impl<const D: usize, const CENTRAL: bool> Task for Update<'_, '_, D, CENTRAL> {
                         lanes.noise.xi[a][k] = change[a];
                     }
                 }
-                add_outer::<D, ROOM, ROOM>(&mut sum[1], &lanes.pairs.r, &mut lanes.noise.xi, count);
+                add_outer::<D, ROOM, ROOM, _, _>(
+                    &mut sum[1],
+                    &lanes.pairs.r,
+                    &mut lanes.noise.xi,
+                    count,
+                );
             }
         }
     }
 }
 
 /// What a sweep works on.
-struct Sweep<'a> {
+struct Sweep<'a, P: Precision> {
     cell: &'a PeriodicBox,
-    position: &'a [[f64; 4]],
+    place: &'a [[P::Real; 4]],
     velocity: Shared<'a, [f64; 4]>,
     id: &'a [u64],
     exchange: Exchange,
@@ -199,7 +208,7 @@ struct Sweep<'a> {
     tally: Option<BlockSums<'a>>,
 }
 
-impl Sweep<'_> {
+impl<P: Precision> Sweep<'_, P> {
     /// One round of one block.
     fn round<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
         &self,
@@ -207,10 +216,10 @@ impl Sweep<'_> {
         number: u32,
         round: usize,
     ) {
-        let lanes = &mut Lanes {
+        let lanes = &mut Lanes::<P> {
             pairs: Couples::new(),
-            across: [0.0; ROOM],
-            along: [0.0; ROOM],
+            across: [P::Real::ZERO; ROOM],
+            along: [P::Real::ZERO; ROOM],
             noise: Noise::new(),
         };
         let mut rest = Rest::of(block, round, self.direction);
@@ -226,13 +235,13 @@ impl Sweep<'_> {
             }
             let (velocity, virial) = (&self.velocity, virial.as_mut());
             if F::CENTRAL {
-                run_wide(Update::<D, true> {
+                run_wide(Update::<P, D, true> {
                     lanes,
                     velocity,
                     virial,
                 });
             } else {
-                run_wide(Update::<D, false> {
+                run_wide(Update::<P, D, false> {
                     lanes,
                     velocity,
                     virial,
@@ -249,9 +258,9 @@ impl Sweep<'_> {
         &self,
         block: &BlockList,
         rest: &mut Rest<'_>,
-        lanes: &mut Lanes,
+        lanes: &mut Lanes<P>,
     ) {
-        run_wide(Gather::<D, NOISE> {
+        run_wide(Gather::<P, D, NOISE> {
             sweep: self,
             block,
             rest,
@@ -261,9 +270,9 @@ impl Sweep<'_> {
 
     fn terms<K: Kernel, F: FrictionForm, const D: usize, const NOISE: bool>(
         &self,
-        lanes: &mut Lanes,
+        lanes: &mut Lanes<P>,
     ) {
-        run_wide(Terms::<K, F, D, NOISE> {
+        run_wide(Terms::<K, F, P, D, NOISE> {
             lanes,
             exchange: &self.exchange,
             form: PhantomData,
@@ -273,7 +282,7 @@ impl Sweep<'_> {
 
 /// One sweep over all pairs: round by round, colour by colour, block by block.
 #[allow(clippy::too_many_arguments)]
-pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
     list: &PairList,
@@ -284,11 +293,19 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     mut tally: Option<&mut Tally>,
 ) {
     let sums = tally.as_deref_mut().map(Tally::begin);
-    let sweep = Sweep {
+    let Particles {
+        position,
+        velocity,
+        id,
+        copies,
+        ..
+    } = particles;
+    let place = P::places(position, cell, &mut copies.place);
+    let sweep = Sweep::<P> {
         cell,
-        position: &particles.position,
-        velocity: Shared::new(&mut particles.velocity),
-        id: &particles.id,
+        place,
+        velocity: Shared::new(velocity),
+        id,
         exchange,
         key,
         direction,

@@ -6,72 +6,77 @@
 use std::marker::PhantomData;
 
 use super::density::know_near;
-use super::rows::{Companion, Noise, Pairs, ROOM, whole};
+use super::precision::Precision;
+use super::rows::{Companion, MOST, Noise, Pairs, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
-use super::wide::LANES;
+use super::wide::{LANES, Vector};
 use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
 use crate::physics::{FrictionForm, Kick};
-use crate::random::{Arithmetic, SweepKey, Variate, inverse_root_with};
+use crate::random::{SweepKey, Variate};
+use crate::real::{Arithmetic, Real};
 use crate::state::Particles;
 
 /// The arrays of one chunk.
 #[repr(align(64))] // vectors must not straddle cache lines
-struct Lanes {
-    pairs: Pairs,
-    u: [[f64; ROOM]; 3],
-    pressure: [f64; ROOM],
-    noise: Noise<3>,
-    force: [[f64; ROOM]; 3],
-    records: [[f64; 4]; ROOM],
+struct Lanes<P: Precision> {
+    pairs: Pairs<P>,
+    u: [[P::Real; ROOM]; 3],
+    pressure: [P::Real; ROOM],
+    noise: Noise<3, P::Real>,
+    force: [[P::Real; ROOM]; 3],
+    records: [[P::Real; 4]; ROOM],
 }
 
 /// What a sweep reads.
-struct Source<'a> {
+struct Source<'a, R> {
     cell: &'a PeriodicBox,
-    position: &'a [[f64; 4]],
-    velocity: &'a [[f64; 4]],
+    place: &'a [[R; 4]],
+    motion: &'a [[R; 4]],
     id: &'a [u64],
 }
 
 /// Fills the lanes from the list.
-struct Gather<'a, const D: usize, const FRICTION: bool, const NOISE: bool> {
-    source: &'a Source<'a>,
+struct Gather<'a, P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> {
+    source: &'a Source<'a, P::Real>,
     near: &'a Rows,
     block: &'a BlockList,
     walk: &'a mut Walk,
-    lanes: &'a mut Lanes,
+    lanes: &'a mut Lanes<P>,
 }
 
 /// Relative velocities, pressures and ids.
-struct Motion<'a, W, const D: usize, const FRICTION: bool, const NOISE: bool> {
-    source: &'a Source<'a>,
-    head: [W; 4],
+struct Motion<'a, V, R: Real, const D: usize, const FRICTION: bool, const NOISE: bool> {
+    source: &'a Source<'a, R>,
+    head: [V; 4],
     id: u64,
-    u: &'a mut [[f64; ROOM]; 3],
-    pressure: &'a mut [f64; ROOM],
-    noise: &'a mut Noise<3>,
+    u: &'a mut [[R; ROOM]; 3],
+    pressure: &'a mut [R; ROOM],
+    noise: &'a mut Noise<3, R>,
 }
 
-impl<W: Wide, const D: usize, const FRICTION: bool, const NOISE: bool> Companion<W>
-    for Motion<'_, W, D, FRICTION, NOISE>
+impl<V, R, const D: usize, const FRICTION: bool, const NOISE: bool> Companion<V>
+    for Motion<'_, V, R, D, FRICTION, NOISE>
+where
+    V: Vector<Number = R>,
+    R: Real,
 {
     #[inline(always)]
     fn begin(&mut self, head: u32) {
-        let [x, y, z, p] = self.source.velocity[head as usize];
-        self.head = [W::splat(x), W::splat(y), W::splat(z), W::splat(p)];
+        let [x, y, z, p] = self.source.motion[head as usize];
+        self.head = [V::splat(x), V::splat(y), V::splat(z), V::splat(p)];
         if NOISE {
             self.id = self.source.id[head as usize];
         }
     }
 
     #[inline(always)]
-    unsafe fn take(&mut self, slots: &[u32; LANES], lane: usize) {
+    unsafe fn take(&mut self, slots: &[u32; MOST], lane: usize) {
         // SAFETY: promised by the caller.
         unsafe {
-            let other = W::columns(self.source.velocity.as_ptr(), slots);
+            let other = V::columns(self.source.motion.as_ptr(), slots.as_ptr());
             if FRICTION {
                 for a in 0..D {
                     let u = self.head[a].minus(other[a]);
@@ -84,13 +89,17 @@ impl<W: Wide, const D: usize, const FRICTION: bool, const NOISE: bool> Companion
                 let id = |n: usize| *self.source.id.get_unchecked(slots[n] as usize);
                 let others = [id(0), id(1), id(2), id(3), id(4), id(5), id(6), id(7)];
                 self.noise.name(self.id, others, lane);
+                if V::LANES > LANES {
+                    let others = [id(8), id(9), id(10), id(11), id(12), id(13), id(14), id(15)];
+                    self.noise.name(self.id, others, lane + LANES);
+                }
             }
         }
     }
 }
 
-impl<const D: usize, const FRICTION: bool, const NOISE: bool> Task
-    for Gather<'_, D, FRICTION, NOISE>
+impl<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> Task
+    for Gather<'_, P, D, FRICTION, NOISE>
 {
     type Output = ();
 
@@ -103,86 +112,92 @@ impl<const D: usize, const FRICTION: bool, const NOISE: bool> Task
             noise,
             ..
         } = self.lanes;
-        let mut motion = Motion::<W, D, FRICTION, NOISE> {
+        let mut motion = Motion::<P::Vector<W>, P::Real, D, FRICTION, NOISE> {
             source: self.source,
-            head: [W::splat(0.0); 4],
+            head: [P::Vector::<W>::splat(P::Real::ZERO); 4],
             id: 0,
             u,
             pressure,
             noise,
         };
-        let Source { cell, position, .. } = self.source;
+        let Source { cell, place, .. } = self.source;
         let near = (self.near, &self.block.slots[..]);
-        pairs.fill::<W, D>(near, cell, position, self.walk, &mut motion);
+        pairs.fill::<W, D>(near, cell, place, self.walk, &mut motion);
     }
 }
 
 /// From separations, velocities and noise to forces.
-struct Compute<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
-    lanes: &'a mut Lanes,
+struct Compute<'a, K, F, P: Precision, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>
+{
+    lanes: &'a mut Lanes<P>,
     kick: &'a Kick,
-    form: PhantomData<(K, F, V)>,
+    form: PhantomData<(K, F)>,
 }
 
 /// F, its root, sqrt(g), g and 1/r of a pair.
-struct Weights {
-    slope: f64,
-    root_g: f64,
-    g: f64,
-    inverse_r: f64,
+struct Weights<R> {
+    slope: R,
+    root_g: R,
+    g: R,
+    inverse_r: R,
 }
 
-impl Lanes {
+impl<P: Precision> Lanes<P> {
     #[inline(always)]
-    fn weights<K: Kernel, A: Arithmetic, const D: usize>(&self, k: usize) -> Weights {
+    fn weights<K: Kernel, A: Arithmetic, const D: usize>(&self, k: usize) -> Weights<P::Real> {
         let r2 = self.pairs.r2[k];
-        let inverse_r = inverse_root_with::<A>(if r2 > 1e-30 { r2 } else { 1e-30 });
+        let inverse_r = r2.at_least(1e-30).inverse_root::<A>();
         let (q, weight) = (r2 * inverse_r, self.pairs.weight[k]);
-        let slope = K::f::<D>(q);
+        let slope = K::f::<_, D>(q);
         Weights {
             slope,
-            root_g: K::root_f::<D>(q) * weight,
+            root_g: K::root_f::<_, D>(q) * weight,
             g: slope * (weight * weight),
             inverse_r,
         }
     }
 
     #[inline(always)]
-    fn vector(lanes: &[[f64; ROOM]; 3], k: usize) -> [f64; 3] {
+    fn vector(lanes: &[[P::Real; ROOM]; 3], k: usize) -> [P::Real; 3] {
         [lanes[0][k], lanes[1][k], lanes[2][k]]
     }
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool> Task
-    for Compute<'_, K, F, V, D, CONSERVATIVE>
+impl<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> Task
+    for Compute<'_, K, F, P, D, CONSERVATIVE, NOISE>
+where
+    K: Kernel,
+    F: FrictionForm,
+    P: Precision,
 {
     type Output = ();
 
     #[inline(always)]
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
-        let count = whole(lanes.pairs.count);
+        let zero = P::Real::ZERO;
+        let count = whole::<P::Real>(lanes.pairs.count);
         for k in 0..count {
             let w = lanes.weights::<K, W::Arithmetic, D>(k);
-            let r = Lanes::vector(&lanes.pairs.r, k);
-            let mut f = [0.0; 3];
+            let r = Lanes::<P>::vector(&lanes.pairs.r, k);
+            let mut f = [zero; 3];
             if CONSERVATIVE {
                 let push = lanes.pressure[k] * w.slope;
                 f = r.map(|x| push * x);
             }
             if F::ON {
                 let (u, xi) = (
-                    Lanes::vector(&lanes.u, k),
-                    Lanes::vector(&lanes.noise.xi, k),
+                    Lanes::<P>::vector(&lanes.u, k),
+                    Lanes::<P>::vector(&lanes.noise.xi, k),
                 );
-                let pair = self.kick.force::<F, W::Arithmetic>(
+                let pair = self.kick.force::<F, W::Arithmetic, P::Real>(
                     w.g,
                     w.root_g,
                     w.inverse_r,
                     r,
                     u,
                     xi,
-                    V::ON,
+                    NOISE,
                 );
                 for a in 0..D {
                     f[a] += pair[a];
@@ -192,25 +207,26 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
                 lanes.force[a][k] = f[a];
             }
         }
-        for k in (0..count).step_by(LANES) {
-            // SAFETY: both arrays hold eight from k on.
+        for k in (0..count).step_by(P::Vector::<W>::LANES) {
+            // SAFETY: all arrays hold a vector from k on.
             unsafe {
-                let x = W::load(lanes.force[0].as_ptr().add(k));
-                let y = W::load(lanes.force[1].as_ptr().add(k));
-                let z = W::load(lanes.force[2].as_ptr().add(k));
-                W::records([x, y, z, W::splat(0.0)], lanes.records.as_mut_ptr().add(k));
+                let x = P::Vector::<W>::load(lanes.force[0].as_ptr().add(k));
+                let y = P::Vector::<W>::load(lanes.force[1].as_ptr().add(k));
+                let z = P::Vector::<W>::load(lanes.force[2].as_ptr().add(k));
+                let columns = [x, y, z, P::Vector::<W>::splat(zero)];
+                P::Vector::<W>::records(columns, lanes.records.as_mut_ptr().add(k));
             }
         }
     }
 }
 
 /// Gives the forces to the particles.
-struct Scatter<'a> {
-    lanes: &'a Lanes,
+struct Scatter<'a, P: Precision> {
+    lanes: &'a Lanes<P>,
     force: &'a Shared<'a, [f64; 4]>,
 }
 
-impl Task for Scatter<'_> {
+impl<P: Precision> Task for Scatter<'_, P> {
     type Output = ();
 
     #[inline(always)]
@@ -221,38 +237,46 @@ impl Task for Scatter<'_> {
 }
 
 /// Adds r (x) f to the sums: in all, or by part.
-struct Sum<'a, K, F, V, const D: usize, const CONSERVATIVE: bool> {
-    lanes: &'a mut Lanes,
+struct Sum<'a, K, F, P: Precision, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> {
+    lanes: &'a mut Lanes<P>,
     virial: &'a mut Virial,
     kick: &'a Kick,
-    form: PhantomData<(K, F, V)>,
+    form: PhantomData<(K, F)>,
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool>
-    Sum<'_, K, F, V, D, CONSERVATIVE>
+impl<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>
+    Sum<'_, K, F, P, D, CONSERVATIVE, NOISE>
+where
+    K: Kernel,
+    F: FrictionForm,
+    P: Precision,
 {
     /// Forces once more, by part; those of all together are left as they are.
     #[inline(always)]
-    fn split<A: Arithmetic>(lanes: &Lanes, kick: &Kick, parts: &mut PartLanes) {
+    fn split<A: Arithmetic>(lanes: &Lanes<P>, kick: &Kick, parts: &mut PartLanes) {
+        let none = [P::Real::ZERO; 3];
         for k in 0..lanes.pairs.count.min(super::CHUNK) {
             let w = lanes.weights::<K, A, D>(k);
-            let r = Lanes::vector(&lanes.pairs.r, k);
+            let r = Lanes::<P>::vector(&lanes.pairs.r, k);
             if CONSERVATIVE {
+                let push = lanes.pressure[k] * w.slope;
                 for a in 0..D {
-                    parts.parts[0][a][k] = lanes.pressure[k] * w.slope * r[a];
+                    parts.parts[0][a][k] = (push * r[a]).double();
                 }
             }
             if F::ON {
-                let (none, u) = ([0.0; 3], Lanes::vector(&lanes.u, k));
-                let drag = kick.force::<F, A>(w.g, w.root_g, w.inverse_r, r, u, none, false);
+                let u = Lanes::<P>::vector(&lanes.u, k);
+                let drag =
+                    kick.force::<F, A, P::Real>(w.g, w.root_g, w.inverse_r, r, u, none, false);
                 for a in 0..D {
-                    parts.parts[1][a][k] = drag[a];
+                    parts.parts[1][a][k] = drag[a].double();
                 }
-                if V::ON {
-                    let xi = Lanes::vector(&lanes.noise.xi, k);
-                    let noise = kick.force::<F, A>(w.g, w.root_g, w.inverse_r, r, none, xi, true);
+                if NOISE {
+                    let xi = Lanes::<P>::vector(&lanes.noise.xi, k);
+                    let noise =
+                        kick.force::<F, A, P::Real>(w.g, w.root_g, w.inverse_r, r, none, xi, true);
                     for a in 0..D {
-                        parts.parts[2][a][k] = noise[a];
+                        parts.parts[2][a][k] = noise[a].double();
                     }
                 }
             }
@@ -260,8 +284,12 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
     }
 }
 
-impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool> Task
-    for Sum<'_, K, F, V, D, CONSERVATIVE>
+impl<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> Task
+    for Sum<'_, K, F, P, D, CONSERVATIVE, NOISE>
+where
+    K: Kernel,
+    F: FrictionForm,
+    P: Precision,
 {
     type Output = ();
 
@@ -272,17 +300,17 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         match parts {
             Some(parts) => {
                 Self::split::<W::Arithmetic>(self.lanes, self.kick, parts);
-                parts.add_to::<D, ROOM>(sum, &self.lanes.pairs.r, self.lanes.pairs.count);
+                parts.add_to::<D, ROOM, _>(sum, &self.lanes.pairs.r, self.lanes.pairs.count);
             }
-            None => add_outer::<D, ROOM, ROOM>(&mut sum[0], &pairs.r, force, pairs.count),
+            None => add_outer::<D, ROOM, ROOM, _, _>(&mut sum[0], &pairs.r, force, pairs.count),
         }
     }
 }
 
 /// One block.
 #[allow(clippy::too_many_arguments)]
-fn sweep_block<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE: bool>(
-    source: &Source<'_>,
+fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
+    source: &Source<'_, P::Real>,
     near: &Rows,
     block: &BlockList,
     force: &Shared<'_, [f64; 4]>,
@@ -290,40 +318,34 @@ fn sweep_block<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CON
     key: &SweepKey,
     sums: Option<BlockSums<'_>>,
     number: u32,
-) {
-    let zero = [[0.0; ROOM]; 3];
-    let lanes = &mut Lanes {
+) where
+    K: Kernel,
+    F: FrictionForm,
+    V: Variate,
+    P: Precision,
+{
+    let zero = [[P::Real::ZERO; ROOM]; 3];
+    let lanes = &mut Lanes::<P> {
         pairs: Pairs::new(),
         u: zero,
-        pressure: [0.0; ROOM],
+        pressure: [P::Real::ZERO; ROOM],
         noise: Noise::new(),
         force: zero,
-        records: [[0.0; 4]; ROOM],
+        records: [[P::Real::ZERO; 4]; ROOM],
     };
     let walk = &mut Walk::default();
     let mut virial = sums.map(Virial::new);
     while !walk.at_end(&near.ends) {
         match (F::ON, V::ON) {
-            (true, true) => gather::<D, true, true>(source, near, block, walk, lanes),
-            (true, false) => gather::<D, true, false>(source, near, block, walk, lanes),
-            _ => gather::<D, false, false>(source, near, block, walk, lanes),
+            (true, true) => gather::<P, D, true, true>(source, near, block, walk, lanes),
+            (true, false) => gather::<P, D, true, false>(source, near, block, walk, lanes),
+            _ => gather::<P, D, false, false>(source, near, block, walk, lanes),
         }
         if V::ON {
             lanes.noise.draw::<F, V, D>(key, lanes.pairs.count);
-        }
-        run_wide(Compute::<K, F, V, D, CONSERVATIVE> {
-            lanes,
-            kick,
-            form: PhantomData,
-        });
-        run_wide(Scatter { lanes, force });
-        if let Some(virial) = &mut virial {
-            run_wide(Sum::<K, F, V, D, CONSERVATIVE> {
-                lanes,
-                virial,
-                kick,
-                form: PhantomData,
-            });
+            finish::<K, F, P, D, CONSERVATIVE, true>(lanes, kick, force, &mut virial);
+        } else {
+            finish::<K, F, P, D, CONSERVATIVE, false>(lanes, kick, force, &mut virial);
         }
     }
     if let (Some(sums), Some(virial)) = (sums, virial) {
@@ -332,14 +354,14 @@ fn sweep_block<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CON
     }
 }
 
-fn gather<const D: usize, const FRICTION: bool, const NOISE: bool>(
-    source: &Source<'_>,
+fn gather<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool>(
+    source: &Source<'_, P::Real>,
     near: &Rows,
     block: &BlockList,
     walk: &mut Walk,
-    lanes: &mut Lanes,
+    lanes: &mut Lanes<P>,
 ) {
-    run_wide(Gather::<D, FRICTION, NOISE> {
+    run_wide(Gather::<P, D, FRICTION, NOISE> {
         source,
         near,
         block,
@@ -348,9 +370,36 @@ fn gather<const D: usize, const FRICTION: bool, const NOISE: bool>(
     });
 }
 
+/// From filled lanes to the forces of particles. How noise was drawn is no matter here.
+fn finish<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>(
+    lanes: &mut Lanes<P>,
+    kick: &Kick,
+    force: &Shared<'_, [f64; 4]>,
+    virial: &mut Option<Virial>,
+) where
+    K: Kernel,
+    F: FrictionForm,
+    P: Precision,
+{
+    run_wide(Compute::<K, F, P, D, CONSERVATIVE, NOISE> {
+        lanes,
+        kick,
+        form: PhantomData,
+    });
+    run_wide(Scatter { lanes, force });
+    if let Some(virial) = virial {
+        run_wide(Sum::<K, F, P, D, CONSERVATIVE, NOISE> {
+            lanes,
+            virial,
+            kick,
+            form: PhantomData,
+        });
+    }
+}
+
 /// Sets `force` to the sum of the conservative force and, where their types are on, drag and noise.
 #[allow(clippy::too_many_arguments)]
-pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
     list: &mut PairList,
@@ -359,19 +408,29 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     key: SweepKey,
     mut tally: Option<&mut Tally>,
 ) {
-    know_near::<K, D>(particles, grid, list, cell);
+    know_near::<K, P, D>(particles, grid, list, cell);
     let sums = tally.as_deref_mut().map(Tally::begin);
-    particles.force.fill([0.0; 4]);
-    let force = Shared::new(&mut particles.force);
+    let Particles {
+        position,
+        velocity,
+        force,
+        id,
+        copies,
+        ..
+    } = particles;
+    force.fill([0.0; 4]);
+    let force = Shared::new(force);
+    let place = P::places(position, cell, &mut copies.place);
+    let motion = P::motions(velocity, &mut copies.motion);
     let source = Source {
         cell,
-        position: &particles.position,
-        velocity: &particles.velocity,
-        id: &particles.id,
+        place,
+        motion,
+        id,
     };
     for_each_block(grid, &list.blocks, false, &|number, block| {
         let near = &list.near[number as usize];
-        sweep_block::<K, F, V, D, true>(&source, near, block, &force, &kick, &key, sums, number);
+        sweep_block::<K, F, V, P, D, true>(&source, near, block, &force, &kick, &key, sums, number);
     });
     if let Some(tally) = tally {
         tally.keep_force();
@@ -382,7 +441,7 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
 /// place of the velocities: the drag is linear in them, so a difference of velocities gives the
 /// difference of the forces.
 #[allow(clippy::too_many_arguments)]
-pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
+pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
     list: &mut PairList,
@@ -391,19 +450,31 @@ pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, const D: usize>(
     key: SweepKey,
     mut tally: Option<&mut Tally>,
 ) {
-    know_near::<K, D>(particles, grid, list, cell);
+    know_near::<K, P, D>(particles, grid, list, cell);
     let sums = tally.as_deref_mut().map(Tally::begin);
-    particles.drag.fill([0.0; 4]);
-    let force = Shared::new(&mut particles.drag);
+    let Particles {
+        position,
+        drag,
+        scratch,
+        id,
+        copies,
+        ..
+    } = particles;
+    drag.fill([0.0; 4]);
+    let force = Shared::new(drag);
+    let place = P::places(position, cell, &mut copies.place);
+    let motion = P::motions(scratch, &mut copies.motion);
     let source = Source {
         cell,
-        position: &particles.position,
-        velocity: &particles.scratch,
-        id: &particles.id,
+        place,
+        motion,
+        id,
     };
     for_each_block(grid, &list.blocks, false, &|number, block| {
         let near = &list.near[number as usize];
-        sweep_block::<K, F, V, D, false>(&source, near, block, &force, &kick, &key, sums, number);
+        sweep_block::<K, F, V, P, D, false>(
+            &source, near, block, &force, &kick, &key, sums, number,
+        );
     });
     if let Some(tally) = tally {
         tally.keep_correction();

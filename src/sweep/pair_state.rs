@@ -4,7 +4,7 @@
 use super::Shared;
 use crate::eos::caloric::Caloric;
 use crate::physics::{Ends, Exchanges, ThermalExchange};
-use crate::random::ln;
+use crate::real::ln;
 
 /// Temperature, heat capacity and entropy of a particle, in reduced units.
 #[derive(Clone, Copy)]

@@ -4,186 +4,222 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use super::wide::LANES;
+use super::precision::{Double, Precision};
+use super::wide::{LANES, Vector};
 use super::{CHUNK, Shared, Task, Walk, Wide, run_wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Rows};
 use crate::physics::FrictionForm;
-use crate::random::{
-    Arithmetic, ROUNDER, SweepKey, Variate, ln, pair_counter, philox4x32_lanes, unit_interval,
-};
+use crate::random::{SweepKey, Variate, pair_counter};
+use crate::real::{ROUNDER, Real, ln};
 
-/// Lanes of a chunk, with room for what the last eight leave over.
-pub(super) const ROOM: usize = CHUNK + 2 * LANES;
+/// Lanes of the widest registers.
+pub(crate) const MOST: usize = 2 * LANES;
+
+/// Lanes of a chunk, with room for what the last ones leave over.
+pub(super) const ROOM: usize = CHUNK + MOST;
 
 /// Number of lanes to compute for `count` pairs: whole vectors, the rest being leftovers.
 #[inline(always)]
-pub(super) fn whole(count: usize) -> usize {
-    count.next_multiple_of(LANES).min(ROOM)
+pub(super) fn whole<R: Real>(count: usize) -> usize {
+    let lanes = if R::NARROW { MOST } else { LANES };
+    count.next_multiple_of(lanes).min(ROOM)
 }
 
-/// Places of eight partners, from the `first` in a list on, and their slots. Behind the end of a row
-/// they are those of the next one, or stand for none.
+/// Slots of eight partners, from the `first` in a list on. Behind the end of a row they are those of
+/// the next one, or stand for none.
 ///
 /// # Safety
 /// The list has eight places from `first` on, all of which lead to slots.
 #[inline(always)]
-unsafe fn eight(places: &[u16], slots: &[u32], first: usize) -> ([u16; LANES], [u32; LANES]) {
+unsafe fn eight(places: &[u16], slots: &[u32], first: usize) -> [u32; LANES] {
     // SAFETY: promised by the caller. The volatile reads keep the compiler from gathering the slots,
     // whose elements it would then have to take out one by one.
     unsafe {
         let places = places.as_ptr().add(first);
         let slot =
             |lane: usize| *slots.get_unchecked(std::ptr::read_volatile(places.add(lane)) as usize);
-        (
-            places.cast::<[u16; LANES]>().read_unaligned(),
-            [
-                slot(0),
-                slot(1),
-                slot(2),
-                slot(3),
-                slot(4),
-                slot(5),
-                slot(6),
-                slot(7),
-            ],
-        )
+        [
+            slot(0),
+            slot(1),
+            slot(2),
+            slot(3),
+            slot(4),
+            slot(5),
+            slot(6),
+            slot(7),
+        ]
     }
 }
 
-/// The bits of the first `count` of eight lanes.
+/// Slots of as many partners as a vector has lanes.
+///
+/// # Safety
+/// The list has as many places from `first` on, all of which lead to slots.
 #[inline(always)]
-pub(crate) fn first_lanes(count: usize) -> u8 {
-    if count < LANES {
-        (1 << count) - 1
-    } else {
-        0xff
+unsafe fn partners<V: Vector>(places: &[u16], slots: &[u32], first: usize) -> [u32; MOST] {
+    // SAFETY: promised by the caller.
+    unsafe {
+        let a = eight(places, slots, first);
+        let b = if V::LANES > LANES {
+            eight(places, slots, first + LANES)
+        } else {
+            [0; LANES]
+        };
+        [
+            a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], b[0], b[1], b[2], b[3], b[4], b[5],
+            b[6], b[7],
+        ]
     }
 }
 
-/// Closures must not touch a [`Wide`]: they would be compiled without its instructions.
+/// The bits of the first `count` lanes of a vector.
 #[inline(always)]
-fn three<W: Wide>(numbers: &[f64; 3]) -> [W; 3] {
+pub(crate) fn first_lanes<V: Vector>(count: usize) -> u32 {
+    (1 << count.min(V::LANES)) - 1
+}
+
+/// Closures must not touch a [`Vector`]: they would be compiled without its instructions.
+#[inline(always)]
+fn four<V: Vector>(numbers: &[V::Number; 4]) -> [V; 4] {
     [
-        W::splat(numbers[0]),
-        W::splat(numbers[1]),
-        W::splat(numbers[2]),
+        V::splat(numbers[0]),
+        V::splat(numbers[1]),
+        V::splat(numbers[2]),
+        V::splat(numbers[3]),
     ]
 }
 
-/// Separations to the nearest image, eight at a time.
-#[derive(Clone, Copy)]
-pub(super) struct Wrap<W> {
-    edges: [W; 3],
-    inverse: [W; 3],
-    rounder: W,
+/// Separations to the nearest image, a vector at a time.
+pub(super) struct Wrap<P: Precision, W: Wide> {
+    edges: [P::Vector<W>; 4],
+    inverse: [P::Vector<W>; 4],
+    rounder: P::Vector<W>,
 }
 
-impl<W: Wide> Wrap<W> {
+impl<P: Precision, W: Wide> Wrap<P, W> {
     #[inline(always)]
     pub(super) fn new(cell: &PeriodicBox) -> Self {
+        let ([x, y, z], [u, v, w]) = (cell.edges, cell.inverse);
+        let zero = P::Real::ZERO;
         Self {
-            edges: three(&cell.edges),
-            inverse: three(&cell.inverse),
-            rounder: W::splat(ROUNDER),
+            edges: four(&[P::edge(x), P::edge(y), P::edge(z), zero]),
+            inverse: four(&[P::Real::of(u), P::Real::of(v), P::Real::of(w), zero]),
+            rounder: P::Vector::<W>::splat(P::Real::of(ROUNDER)),
         }
     }
 
     #[inline(always)]
-    fn along(&self, axis: usize, r: W) -> W {
-        let turns = self.rounder.plus_product(r, self.inverse[axis]);
-        let turns = turns.minus(self.rounder);
-        r.less_product(self.edges[axis], turns)
+    fn along(&self, axis: usize, first: P::Vector<W>, second: P::Vector<W>) -> P::Vector<W> {
+        let (edge, inverse) = (self.edges[axis], self.inverse[axis]);
+        P::separation::<W>(first, second, edge, inverse, self.rounder)
     }
 
     /// From the second ends to the first, and the squares; the third component of two is 0.
     #[inline(always)]
-    pub(super) fn between<const D: usize>(&self, first: &[W; 4], second: &[W; 4]) -> ([W; 3], W) {
-        let x = self.along(0, first[0].minus(second[0]));
-        let y = self.along(1, first[1].minus(second[1]));
+    #[allow(clippy::type_complexity)]
+    pub(super) fn between<const D: usize>(
+        &self,
+        first: &[P::Vector<W>; 4],
+        second: &[P::Vector<W>; 4],
+    ) -> ([P::Vector<W>; 3], P::Vector<W>) {
+        let x = self.along(0, first[0], second[0]);
+        let y = self.along(1, first[1], second[1]);
         let plane = x.times(x).plus_product(y, y);
         if D == 2 {
-            return ([x, y, W::splat(0.0)], plane);
+            return ([x, y, P::Vector::<W>::splat(P::Real::ZERO)], plane);
         }
-        let z = self.along(2, first[2].minus(second[2]));
+        let z = self.along(2, first[2], second[2]);
         ([x, y, z], plane.plus_product(z, z))
     }
 }
 
 /// Separations from a head to others.
-pub(crate) struct Separation<W> {
-    head: [W; 4],
-    wrap: Wrap<W>,
+pub(crate) struct Separation<P: Precision, W: Wide> {
+    head: [P::Vector<W>; 4],
+    wrap: Wrap<P, W>,
 }
 
-impl<W: Wide> Separation<W> {
+impl<P: Precision, W: Wide> Separation<P, W> {
     #[inline(always)]
-    pub(crate) fn new(head: &[f64; 4], cell: &PeriodicBox) -> Self {
-        let [x, y, z, s] = *head;
+    pub(crate) fn new(head: &[P::Real; 4], cell: &PeriodicBox) -> Self {
         Self {
-            head: [W::splat(x), W::splat(y), W::splat(z), W::splat(s)],
+            head: four(head),
             wrap: Wrap::new(cell),
         }
     }
 
     /// The head's less the others' positions, and the squares.
     #[inline(always)]
-    pub(crate) fn from<const D: usize>(&self, others: &[W; 4]) -> ([W; 3], W) {
+    #[allow(clippy::type_complexity)]
+    pub(crate) fn from<const D: usize>(
+        &self,
+        others: &[P::Vector<W>; 4],
+    ) -> ([P::Vector<W>; 3], P::Vector<W>) {
         self.wrap.between::<D>(&self.head, others)
     }
 }
 
-/// Square distances of a head and `count` partners, from the `first` of the list on; what is within
-/// the support is put into `near` from `length` on.
+/// Finds which of `count` partners of a head, from the `first` of the list on, are within the support:
+/// their square distances go to the front of `r2`, their places into `near` from `length` on. Returns
+/// how many they are.
 ///
 /// # Safety
-/// The partners are pairs of `block`, whose slots are those of `position`; at most [`CHUNK`] of them;
+/// The partners are pairs of `block`, whose slots are those of `place`; at most [`CHUNK`] of them;
 /// `near` has room for as many places as the list of the block.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub(super) unsafe fn square_distances<W: Wide, const D: usize>(
+pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
     block: &BlockList,
     cell: &PeriodicBox,
-    position: &[[f64; 4]],
+    place: &[[P::Real; 4]],
     head: u32,
     first: usize,
     count: usize,
-    r2: &mut [f64; ROOM],
+    r2: &mut [P::Real; ROOM],
     near: &mut Rows,
-    length: &mut usize,
-) {
-    let head_at = Separation::<W>::new(&position[head as usize], cell);
-    let support = W::splat(1.0);
-    for k in (0..count).step_by(LANES) {
-        // SAFETY: slots of particles; a list has room for eight more than its pairs.
+    length: usize,
+) -> usize {
+    let head_at = Separation::<P, W>::new(&place[head as usize], cell);
+    let support = P::Vector::<W>::splat(P::Real::of(1.0));
+    let mut found = 0;
+    for k in (0..count).step_by(P::Vector::<W>::LANES) {
+        // SAFETY: slots of particles; a list has room for a vector more than its pairs.
         unsafe {
-            let (places, slots) = eight(&block.neighbours, &block.slots, first + k);
-            let other = W::columns(position.as_ptr(), &slots);
+            let slots = partners::<P::Vector<W>>(&block.neighbours, &block.slots, first + k);
+            let other = P::Vector::<W>::columns(place.as_ptr(), slots.as_ptr());
             let (_, square) = head_at.from::<D>(&other);
-            square.store(r2.as_mut_ptr().add(k));
-            let keep = square.below(support) & first_lanes(count - k);
-            let to = near.places.as_mut_ptr().add(*length);
-            to.cast::<[u16; LANES]>()
-                .write_unaligned(W::kept(places, keep));
-            *length += keep.count_ones() as usize;
+            let mut keep = square.below(support) & first_lanes::<P::Vector<W>>(count - k);
+            square.store_kept(keep, r2.as_mut_ptr().add(found));
+            let mut from = block.neighbours.as_ptr().add(first + k);
+            for _ in (0..P::Vector::<W>::LANES).step_by(LANES) {
+                let places = from.cast::<[u16; LANES]>().read_unaligned();
+                let kept = W::kept(places, keep as u8);
+                let to = near.places.as_mut_ptr().add(length + found);
+                to.cast::<[u16; LANES]>().write_unaligned(kept);
+                found += (keep & 0xff).count_ones() as usize;
+                from = from.add(LANES);
+                keep >>= LANES;
+            }
         }
     }
+    found
 }
 
 /// What a sweep wants to know of pairs beside their geometry.
-pub(super) trait Companion<W: Wide> {
+pub(super) trait Companion<V: Vector> {
     /// A row begins.
     fn begin(&mut self, head: u32);
-    /// Eight partners, whose lanes begin at `lane`.
+    /// As many partners as a vector has lanes; theirs begin at `lane`.
     ///
     /// # Safety
-    /// They are slots of particles, and there are eight lanes.
-    unsafe fn take(&mut self, slots: &[u32; LANES], lane: usize);
+    /// They are slots of particles, and there are as many lanes.
+    unsafe fn take(&mut self, slots: &[u32; MOST], lane: usize);
 }
 
 /// The geometry of the pairs of a chunk.
 #[repr(align(64))]
-pub(super) struct Pairs {
+pub(super) struct Pairs<P: Precision = Double> {
     /// Pairs in use.
     pub count: usize,
     /// Heads, each with the lane where its row ends.
@@ -191,22 +227,22 @@ pub(super) struct Pairs {
     row_count: usize,
     /// Slots of the partners.
     other: [u32; ROOM],
-    pub r: [[f64; ROOM]; 3],
-    pub r2: [f64; ROOM],
+    pub r: [[P::Real; ROOM]; 3],
+    pub r2: [P::Real; ROOM],
     /// s_i s_j.
-    pub weight: [f64; ROOM],
+    pub weight: [P::Real; ROOM],
 }
 
-impl Pairs {
+impl<P: Precision> Pairs<P> {
     pub(super) fn new() -> Self {
         Self {
             count: 0,
             rows: [[0; 2]; CHUNK],
             row_count: 0,
             other: [0; ROOM],
-            r: [[0.0; ROOM]; 3],
-            r2: [0.0; ROOM],
-            weight: [0.0; ROOM],
+            r: [[P::Real::ZERO; ROOM]; 3],
+            r2: [P::Real::ZERO; ROOM],
+            weight: [P::Real::ZERO; ROOM],
         }
     }
 
@@ -216,9 +252,9 @@ impl Pairs {
         &mut self,
         (near, slots): (&Rows, &[u32]),
         cell: &PeriodicBox,
-        position: &[[f64; 4]],
+        place: &[[P::Real; 4]],
         walk: &mut Walk,
-        companion: &mut impl Companion<W>,
+        companion: &mut impl Companion<P::Vector<W>>,
     ) {
         (self.row_count, self.count) = (0, 0);
         let stop = walk.stop(&near.ends, CHUNK);
@@ -229,7 +265,7 @@ impl Pairs {
             self.row_count += 1;
             // SAFETY: a row of this block; CHUNK lanes and eight more.
             unsafe {
-                self.row::<W, D>((near, slots), cell, position, head, lane, pairs, companion);
+                self.row::<W, D>((near, slots), cell, place, head, lane, pairs, companion);
             }
         }
     }
@@ -240,19 +276,19 @@ impl Pairs {
         &mut self,
         (near, slots): (&Rows, &[u32]),
         cell: &PeriodicBox,
-        position: &[[f64; 4]],
+        place: &[[P::Real; 4]],
         head: u32,
         mut lane: usize,
         pairs: Range<usize>,
-        companion: &mut impl Companion<W>,
+        companion: &mut impl Companion<P::Vector<W>>,
     ) {
-        let head_at = Separation::<W>::new(&position[head as usize], cell);
+        let head_at = Separation::<P, W>::new(&place[head as usize], cell);
         companion.begin(head);
-        for k in pairs.step_by(LANES) {
-            // SAFETY: slots of particles; free lanes for all partners and seven more.
+        for k in pairs.step_by(P::Vector::<W>::LANES) {
+            // SAFETY: slots of particles; free lanes for all partners and a vector more.
             unsafe {
-                let (_, slots) = eight(&near.places, slots, k);
-                let other = W::columns(position.as_ptr(), &slots);
+                let slots = partners::<P::Vector<W>>(&near.places, slots, k);
+                let other = P::Vector::<W>::columns(place.as_ptr(), slots.as_ptr());
                 let (r, r2) = head_at.from::<D>(&other);
                 for a in 0..D {
                     r[a].store(self.r[a].as_mut_ptr().add(lane));
@@ -261,13 +297,13 @@ impl Pairs {
                 let weight = head_at.head[3].times(other[3]);
                 weight.store(self.weight.as_mut_ptr().add(lane));
                 let to = self.other.as_mut_ptr().add(lane);
-                for n in 0..LANES {
+                for n in 0..P::Vector::<W>::LANES {
                     // One by one: the slots are in as many registers.
                     std::ptr::write_volatile(to.add(n), slots[n]);
                 }
                 companion.take(&slots, lane);
             }
-            lane += LANES;
+            lane += P::Vector::<W>::LANES;
         }
     }
 
@@ -296,7 +332,11 @@ impl Pairs {
     /// # Safety
     /// No other thread uses the slots of this block.
     #[inline(always)]
-    pub(super) unsafe fn scatter(&self, records: &[[f64; 4]; ROOM], target: &Shared<'_, [f64; 4]>) {
+    pub(super) unsafe fn scatter(
+        &self,
+        records: &[[P::Real; 4]; ROOM],
+        target: &Shared<'_, [f64; 4]>,
+    ) {
         for n in 0..self.row_count() {
             let (head, lanes) = self.row_at(n);
             // Two sums, so that an addition need not wait for the one before.
@@ -323,7 +363,7 @@ impl Pairs {
     #[inline(always)]
     unsafe fn take(
         &self,
-        records: &[[f64; 4]; ROOM],
+        records: &[[P::Real; 4]; ROOM],
         target: &Shared<'_, [f64; 4]>,
         lane: usize,
         sum: &mut [f64; 4],
@@ -336,28 +376,31 @@ impl Pairs {
             )
         };
         for a in 0..4 {
-            sum[a] += record[a];
-            other[a] -= record[a];
+            let number = record[a].double();
+            sum[a] += number;
+            other[a] -= number;
         }
     }
 }
 
 /// The random numbers of the pairs of a chunk.
 #[repr(align(64))]
-pub(super) struct Noise<const N: usize> {
+pub(super) struct Noise<const N: usize, R: Real = f64> {
     /// Ids of heads and partners; after `draw` the counters made of them.
     names: [[u64; ROOM]; 2],
-    sign: [f64; ROOM],
+    sign: [R; ROOM],
+    words: [[u32; ROOM]; 4],
     /// Variates.
-    pub xi: [[f64; ROOM]; N],
+    pub xi: [[R; ROOM]; N],
 }
 
-impl<const N: usize> Noise<N> {
+impl<const N: usize, R: Real> Noise<N, R> {
     pub(super) fn new() -> Self {
         Self {
             names: [[0; ROOM]; 2],
-            sign: [1.0; ROOM],
-            xi: [[0.0; ROOM]; N],
+            sign: [R::of(1.0); ROOM],
+            words: [[0; ROOM]; 4],
+            xi: [[R::ZERO; ROOM]; N],
         }
     }
 
@@ -387,7 +430,7 @@ impl<const N: usize> Noise<N> {
         for lane in 0..count {
             let (head, other) = (low[lane], high[lane]);
             if signed {
-                self.sign[lane] = if head < other { 1.0 } else { -1.0 };
+                self.sign[lane] = R::of(if head < other { 1.0 } else { -1.0 });
             }
             low[lane] = head.min(other);
             high[lane] = head.max(other);
@@ -401,32 +444,41 @@ impl<const N: usize> Noise<N> {
         }
     }
 
-    /// The words of a lane, once the pairs are counted.
+    /// Draws the words of all lanes, once the pairs are counted.
     #[inline(always)]
-    fn words(&self, key: &SweepKey, lane: usize) -> [u64; 4] {
-        let [low, high] = [self.names[0][lane], self.names[1][lane]];
-        philox4x32_lanes([low, high, key.tail[0], key.tail[1]], key.key)
+    fn words<W: Wide>(&mut self, key: &SweepKey, count: usize) {
+        W::philox(&self.names, key.tail, key.key, &mut self.words, count);
+    }
+
+    /// The words of a lane.
+    #[inline(always)]
+    fn drawn(&self, lane: usize) -> [u64; 4] {
+        let [a, b, c, d] = &self.words;
+        [a[lane], b[lane], c[lane], d[lane]].map(u64::from)
     }
 }
 
 /// Draws the noise of friction.
-struct Draw<'a, V, const COUNT: usize, const SIGNED: bool> {
-    noise: &'a mut Noise<3>,
+struct Draw<'a, V, R: Real, const COUNT: usize, const SIGNED: bool> {
+    noise: &'a mut Noise<3, R>,
     key: &'a SweepKey,
     count: usize,
     form: PhantomData<V>,
 }
 
-impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, COUNT, SIGNED> {
+impl<V: Variate, R: Real, const COUNT: usize, const SIGNED: bool> Task
+    for Draw<'_, V, R, COUNT, SIGNED>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let (noise, count) = (self.noise, whole(self.count));
+        let (noise, count) = (self.noise, whole::<R>(self.count));
         noise.count(count, SIGNED);
+        noise.words::<W>(self.key, count);
         for lane in 0..count {
-            let words = noise.words(self.key, lane);
-            let xi = V::draw::<W::Arithmetic>(words, noise.sign[lane], COUNT);
+            let words = noise.drawn(lane);
+            let xi = V::draw::<W::Arithmetic, R>(words, noise.sign[lane], COUNT);
             for a in 0..COUNT {
                 noise.xi[a][lane] = xi[a];
             }
@@ -434,7 +486,7 @@ impl<V: Variate, const COUNT: usize, const SIGNED: bool> Task for Draw<'_, V, CO
     }
 }
 
-impl Noise<3> {
+impl<R: Real> Noise<3, R> {
     /// Draws what the form of friction wants of each pair: one number, or D of them, those of (i, j)
     /// being those of (j, i) with the other sign.
     pub(super) fn draw<F: FrictionForm, V: Variate, const D: usize>(
@@ -444,14 +496,14 @@ impl Noise<3> {
     ) {
         let (noise, form) = (self, PhantomData::<V>);
         if F::CENTRAL {
-            run_wide(Draw::<V, 1, false> {
+            run_wide(Draw::<V, R, 1, false> {
                 noise,
                 key,
                 count,
                 form,
             });
         } else {
-            run_wide(Draw::<V, D, true> {
+            run_wide(Draw::<V, R, D, true> {
                 noise,
                 key,
                 count,
@@ -464,11 +516,12 @@ impl Noise<3> {
 impl Noise<4> {
     /// Draws four variates for each pair, with the sign of the order of ids.
     #[inline(always)]
-    pub(super) fn draw_four<V: Variate, A: Arithmetic>(&mut self, key: &SweepKey, count: usize) {
-        let count = whole(count);
+    pub(super) fn draw_four<V: Variate, W: Wide>(&mut self, key: &SweepKey, count: usize) {
+        let count = whole::<f64>(count);
         self.count(count, true);
+        self.words::<W>(key, count);
         for lane in 0..count {
-            let xi = V::draw_four::<A>(self.words(key, lane));
+            let xi = V::draw_four::<W::Arithmetic>(self.drawn(lane));
             for a in 0..4 {
                 self.xi[a][lane] = self.sign[lane] * xi[a];
             }
@@ -477,11 +530,18 @@ impl Noise<4> {
 
     /// Logarithms of two numbers in (0, 1) for each pair that has been drawn for.
     #[inline(always)]
-    pub(super) fn logarithms(&self, key: &SweepKey, count: usize, chance: &mut [[f64; ROOM]; 2]) {
-        for lane in 0..whole(count) {
-            let words = self.words(key, lane);
+    pub(super) fn logarithms<W: Wide>(
+        &mut self,
+        key: &SweepKey,
+        count: usize,
+        chance: &mut [[f64; ROOM]; 2],
+    ) {
+        let count = whole::<f64>(count);
+        self.words::<W>(key, count);
+        for lane in 0..count {
+            let words = self.drawn(lane);
             for n in 0..2 {
-                chance[n][lane] = ln(unit_interval(words[n]));
+                chance[n][lane] = ln(f64::unit_interval(words[n]));
             }
         }
     }

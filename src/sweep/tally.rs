@@ -10,6 +10,7 @@
 use rayon::prelude::*;
 
 use super::{CHUNK, Shared};
+use crate::real::Real;
 
 /// Row-major D x D in a 3 x 3 frame.
 pub type Tensor = [f64; 9];
@@ -170,23 +171,23 @@ impl Tally {
 
 /// Adds r (x) dp over the first `count` lanes; what other lanes of dp hold is cleared.
 #[inline(always)]
-pub(super) fn add_outer<const D: usize, const N: usize, const M: usize>(
+pub(super) fn add_outer<const D: usize, const N: usize, const M: usize, R: Real, S: Real>(
     sum: &mut Tensor,
-    r: &[[f64; N]; 3],
-    dp: &mut [[f64; M]; 3],
+    r: &[[R; N]; 3],
+    dp: &mut [[S; M]; 3],
     count: usize,
 ) {
     /// Partial sums side by side: four vectors, so that no addition waits for the one before.
     const LANES: usize = 16;
     let end = count.next_multiple_of(LANES).min(CHUNK);
     for b in 0..D {
-        dp[b][count..end].fill(0.0);
+        dp[b][count..end].fill(S::ZERO);
         for a in 0..D {
             let (r, dp) = (r[a].as_chunks::<LANES>().0, dp[b].as_chunks::<LANES>().0);
             let mut lanes = [0.0; LANES];
             for (r, dp) in r.iter().zip(dp).take(end / LANES) {
                 for lane in 0..LANES {
-                    lanes[lane] += r[lane] * dp[lane];
+                    lanes[lane] += r[lane].double() * dp[lane].double();
                 }
             }
             sum[3 * a + b] += lanes.iter().sum::<f64>();
@@ -210,14 +211,14 @@ impl PartLanes {
 
     /// Adds r (x) dp of each part over the first `count` lanes.
     #[inline(always)]
-    pub(super) fn add_to<const D: usize, const N: usize>(
+    pub(super) fn add_to<const D: usize, const N: usize, R: Real>(
         &mut self,
         sum: &mut Exchanged,
-        r: &[[f64; N]; 3],
+        r: &[[R; N]; 3],
         count: usize,
     ) {
         for (sum, part) in sum.iter_mut().zip(&mut self.parts) {
-            add_outer::<D, N, CHUNK>(sum, r, part, count);
+            add_outer::<D, N, CHUNK, R, f64>(sum, r, part, count);
         }
     }
 }

@@ -20,7 +20,8 @@ use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
 use crate::physics::{
     Ends, Exchanges, FrictionDecay, HeatDecay, ThermalExchange, friction_odds, heat_odds,
 };
-use crate::random::{Arithmetic, SweepKey, Variate};
+use crate::random::{SweepKey, Variate};
+use crate::real::Arithmetic;
 use crate::state::Particles;
 use crate::thermal::Thermal;
 use crate::wall::Walls;
@@ -40,7 +41,7 @@ impl<K: Kernel, const D: usize> Task for SlopeTask<'_, K, D> {
     #[inline(always)]
     fn run<W: Wide>(self) {
         for (slope, r2) in self.slope.iter_mut().zip(self.r2) {
-            *slope = K::f::<D>(r2.sqrt());
+            *slope = K::f::<_, D>(r2.sqrt());
         }
     }
 }
@@ -147,15 +148,15 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
     }
 
     #[inline(always)]
-    fn compute<A: Arithmetic>(&self, lanes: &mut Lanes) {
-        let count = whole(lanes.pairs.count);
+    fn compute<W: Wide>(&self, lanes: &mut Lanes) {
+        let count = whole::<f64>(lanes.pairs.count);
         if V::ON {
-            lanes.noise.draw_four::<V, A>(&self.key, count);
+            lanes.noise.draw_four::<V, W>(&self.key, count);
         }
         if X::METROPOLIS {
             lanes
                 .noise
-                .logarithms(&self.chances, count, &mut lanes.chance);
+                .logarithms::<W>(&self.chances, count, &mut lanes.chance);
         }
         let mut slope = [0.0; ROOM];
         (self.slopes)(&lanes.pairs.r2[..count], &mut slope[..count]);
@@ -188,19 +189,21 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
                 } else {
                     lanes.pairs.weight[k]
                 };
-                let d = self.exchange.friction::<X, A>(weight, V::ON);
+                let d = self.exchange.friction::<X, W::Arithmetic>(weight, V::ON);
                 lanes.friction[0][k] = d.across;
                 lanes.friction[1][k] = d.along;
             }
         }
         if X::CONDUCTION && X::VARIABLE {
             for k in 0..count {
-                lanes.heat[0][k] = self.exchange.heat_early::<A>(lanes.early[1][k]);
+                lanes.heat[0][k] = self.exchange.heat_early::<W::Arithmetic>(lanes.early[1][k]);
             }
         }
         if X::CONDUCTION && !X::VARIABLE {
             for k in 0..count {
-                let d = self.exchange.heat::<A>(lanes.pairs.weight[k], V::ON);
+                let d = self
+                    .exchange
+                    .heat::<W::Arithmetic>(lanes.pairs.weight[k], V::ON);
                 lanes.heat[0][k] = d.heat;
                 lanes.heat[1][k] = d.spread;
                 lanes.heat[2][k] = d.loss;
@@ -426,7 +429,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         for end in 0..2 {
             // SAFETY: slots of particles; blocks of one colour share none.
             unsafe {
-                let columns = W::columns(self.velocity.pointer(), &slots[end]);
+                let columns = W::columns(self.velocity.pointer(), slots[end].as_ptr());
                 for (column, to) in columns.iter().zip(&mut state.v[end]) {
                     column.store(to.as_mut_ptr());
                 }
@@ -571,7 +574,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
         let mut refused = 0;
         while !rest.is_empty() {
             self.gather::<W>(lanes, &mut rest);
-            self.compute::<W::Arithmetic>(lanes);
+            self.compute::<W>(lanes);
             let count = lanes.pairs.count.min(CHUNK);
             if virial.is_none() && handed.is_none() {
                 let mut k = 0;
@@ -635,9 +638,14 @@ impl<X: Exchanges, V: Variate, const D: usize> ThermalTask<'_, X, V, D> {
             Some(Virial {
                 sum,
                 parts: Some(parts),
-            }) => parts.add_to::<D, ROOM>(sum, &lanes.pairs.r, count),
+            }) => parts.add_to::<D, ROOM, _>(sum, &lanes.pairs.r, count),
             Some(Virial { sum, parts: None }) => {
-                add_outer::<D, ROOM, ROOM>(&mut sum[1], &lanes.pairs.r, &mut lanes.change, count);
+                add_outer::<D, ROOM, ROOM, _, _>(
+                    &mut sum[1],
+                    &lanes.pairs.r,
+                    &mut lanes.change,
+                    count,
+                );
             }
             None => {}
         }

@@ -10,7 +10,8 @@ use super::{CHUNK, Shared, Task, Walk, Wide, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Grid, PairList};
 use crate::physics::{Exchanges, PairState, ThermalRates};
-use crate::random::{Arithmetic, SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
+use crate::real::Arithmetic;
 use crate::state::Particles;
 
 /// The arrays of one chunk. Only pairs within the support get a lane.
@@ -269,11 +270,14 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ForceTask<'_, X, V, D> {
                 match parts {
                     Some(parts) => {
                         self.add_parts(&lanes, count, parts);
-                        parts.add_to::<D, CHUNK>(sum, &lanes.r, count);
+                        parts.add_to::<D, CHUNK, _>(sum, &lanes.r, count);
                     }
-                    None => {
-                        add_outer::<D, CHUNK, CHUNK>(&mut sum[0], &lanes.r, &mut lanes.force, count)
-                    }
+                    None => add_outer::<D, CHUNK, CHUNK, _, _>(
+                        &mut sum[0],
+                        &lanes.r,
+                        &mut lanes.force,
+                        count,
+                    ),
                 }
             }
             if walk.at_end(&self.block.rows) {

@@ -42,7 +42,7 @@ pub(super) fn symmetric_densities<K: Kernel, const D: usize>(
         block.views.clear();
         for link in &block.links {
             if let Some(view) = scenery.link::<D>(link, position, cell) {
-                let share = view.weight * K::w::<D>(view.distance);
+                let share = view.weight * K::w::<_, D>(view.distance);
                 block.views.push(view);
                 // SAFETY: blocks of one colour share no particle, and the two differ.
                 unsafe {
@@ -56,7 +56,7 @@ pub(super) fn symmetric_densities<K: Kernel, const D: usize>(
         task.views.clear();
         for particle in near {
             scenery.own(walls, particle, |view| {
-                let share = view.weight * K::w::<D>(view.distance);
+                let share = view.weight * K::w::<_, D>(view.distance);
                 task.views.push(view);
                 // SAFETY: every slot occurs once among the near ones.
                 unsafe { *density.slot(particle.slot) += share };

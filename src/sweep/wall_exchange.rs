@@ -10,7 +10,8 @@ use super::{Direction, Shared};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{Exchange, FrictionForm};
-use crate::random::{Plain, SweepKey, Variate};
+use crate::random::{SweepKey, Variate};
+use crate::real::Plain;
 use crate::state::Particles;
 use crate::wall::{View, WallModel, Walls, Wrench};
 
@@ -29,12 +30,12 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize> WallExchange<'_, K,
     fn change(&self, view: &View, odd: bool, u: [f64; 3], own: bool) -> [f64; 3] {
         let [i, j] = view.link.slots;
         let product = self.position[i as usize][3] * self.position[j as usize][3];
-        let g = view.weight * K::f::<D>(view.distance) * (product * product);
+        let g = view.weight * K::f::<_, D>(view.distance) * (product * product);
         let xi = V::ON.then(|| {
             let [p, q] = [self.id[i as usize], self.id[j as usize]];
             let key = self.key.of_image(self.scenery.image(view).label);
             let sign = if odd || p < q { 1.0 } else { -1.0 };
-            let xi = V::draw::<Plain>(key.pair_words(p, q), sign, D);
+            let xi = V::draw::<Plain, f64>(key.pair_words(p, q), sign, D);
             std::array::from_fn(|a| if a < D { xi[a] } else { 0.0 })
         });
         let terms = self.exchange.link_terms::<F>(g, &view.axes, xi, own);

@@ -13,7 +13,8 @@ use super::wall_model::{self, Arrays, Physics, Request};
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{FrictionForm, Frictionless, Kick};
-use crate::random::{Plain, Silent, SweepKey, Variate};
+use crate::random::{Silent, SweepKey, Variate};
+use crate::real::Plain;
 use crate::state::Particles;
 use crate::wall::{View, WallModel, Walls, Wrench};
 
@@ -56,8 +57,8 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
     /// Force of the images' pressure on both ends, without what acts along r_ij; `pressure` is
     /// A_i + A_j.
     fn pressure(&self, view: &View, pressure: f64, tally: &mut [Wrench]) -> [[f64; 3]; 2] {
-        let slope = pressure * view.weight * K::f::<D>(view.distance);
-        let value = pressure * view.weight * K::w::<D>(view.distance);
+        let slope = pressure * view.weight * K::f::<_, D>(view.distance);
+        let value = pressure * view.weight * K::w::<_, D>(view.distance);
         let mut forces = [[0.0; 3]; 2];
         for (one, other) in self.scenery.ends(view) {
             for (force, (here, there)) in forces.iter_mut().zip([(one, other), (other, one)]) {
@@ -86,7 +87,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
     fn weight(&self, view: &View) -> f64 {
         let [i, j] = view.link.slots;
         let product = self.position[i as usize][3] * self.position[j as usize][3];
-        view.weight * K::f::<D>(view.distance) * (product * product)
+        view.weight * K::f::<_, D>(view.distance) * (product * product)
     }
 
     fn variates(&self, view: &View, odd: bool) -> Option<[f64; 3]> {
@@ -96,7 +97,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, const D: usize, const CONSERVATIVE:
         let [p, q] = view.link.slots.map(|slot| self.id[slot as usize]);
         let label = self.scenery.image(view).label;
         let sign = if odd || p < q { 1.0 } else { -1.0 };
-        let xi = V::draw::<Plain>(self.key.of_image(label).pair_words(p, q), sign, D);
+        let xi = V::draw::<Plain, f64>(self.key.of_image(label).pair_words(p, q), sign, D);
         Some(std::array::from_fn(|a| if a < D { xi[a] } else { 0.0 }))
     }
 
@@ -310,7 +311,7 @@ pub fn wall_friction_weight<K: Kernel, const D: usize>(
     let g = |view: &View| {
         let [i, j] = view.link.slots;
         let product = particles.position[i as usize][3] * particles.position[j as usize][3];
-        view.weight * K::f::<D>(view.distance) * (product * product)
+        view.weight * K::f::<_, D>(view.distance) * (product * product)
     };
     2.0 * blocks.chain(own).filter(slows).map(g).sum::<f64>()
 }

@@ -13,7 +13,8 @@ use super::{Direction, Shared};
 use crate::kernel::Kernel;
 use crate::neighbor::{Grid, ROUNDS};
 use crate::physics::{Exchanges, ThermalExchange};
-use crate::random::{Plain, SweepKey, Variate, fmix64, pair_counter};
+use crate::random::{SweepKey, Variate, fmix64, pair_counter};
+use crate::real::Plain;
 use crate::state::Particles;
 use crate::thermal::{Thermal, WallHeat, pick};
 use crate::wall::{BlockLinks, OwnImages, View, Walls, Wrench};
@@ -39,8 +40,8 @@ pub fn wall_work<K: Kernel, const D: usize>(
             let u = &mean[slot as usize];
             [u[0], u[1], if D == 3 { u[2] } else { 0.0 }]
         });
-        let slope = view.weight * K::f::<D>(view.distance);
-        let value = view.weight * K::w::<D>(view.distance);
+        let slope = view.weight * K::f::<_, D>(view.distance);
+        let value = view.weight * K::w::<_, D>(view.distance);
         let mut rate = slope * dot(view.r, [0, 1, 2].map(|a| i[a] - j[a]));
         for (one, other) in scenery.ends(view) {
             for (here, there, u) in [(one, other, i), (other, one, j)] {

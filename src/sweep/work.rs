@@ -6,13 +6,13 @@ use std::marker::PhantomData;
 
 use super::density::know_near;
 use super::heat_tally::{Flow, HeatMoment, HeatSums, HeatTally};
-use super::rows::{Companion, Pairs, ROOM, whole};
-use super::wide::LANES;
+use super::precision::Double;
+use super::rows::{Companion, MOST, Pairs, ROOM, whole};
 use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
-use crate::random::inverse_root_with;
+use crate::real::inverse_root_with;
 use crate::state::Particles;
 
 struct WorkTask<'a, K, const D: usize> {
@@ -43,10 +43,10 @@ impl<W: Wide> Companion<W> for Approach<'_, W> {
     }
 
     #[inline(always)]
-    unsafe fn take(&mut self, slots: &[u32; LANES], lane: usize) {
+    unsafe fn take(&mut self, slots: &[u32; MOST], lane: usize) {
         // SAFETY: promised by the caller.
         unsafe {
-            let other = W::columns(self.mean.as_ptr(), slots);
+            let other = W::columns(self.mean.as_ptr(), slots.as_ptr());
             for a in 0..3 {
                 let u = self.head[a].minus(other[a]);
                 u.store(self.u[a].as_mut_ptr().add(lane));
@@ -81,7 +81,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let (mut pairs, mut walk) = (Pairs::new(), Walk::default());
+        let (mut pairs, mut walk) = (Pairs::<Double>::new(), Walk::default());
         let mut u = [[0.0; ROOM]; 3];
         let (mut approach, mut slope) = ([0.0; ROOM], [0.0; ROOM]);
         let mut handed = HeatMoment::default();
@@ -93,7 +93,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
                 u: &mut u,
             };
             pairs.fill::<W, D>(near, self.cell, self.position, &mut walk, &mut companion);
-            for k in 0..whole(pairs.count) {
+            for k in 0..whole::<f64>(pairs.count) {
                 let r2 = pairs.r2[k];
                 let inverse =
                     inverse_root_with::<W::Arithmetic>(if r2 > 1e-30 { r2 } else { 1e-30 });
@@ -101,7 +101,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
                 for a in 0..D {
                     along += pairs.r[a][k] * u[a][k];
                 }
-                slope[k] = K::f::<D>(r2 * inverse);
+                slope[k] = K::f::<_, D>(r2 * inverse);
                 approach[k] = slope[k] * along;
             }
             if self.current.is_some() {
@@ -136,7 +136,7 @@ pub fn pair_work<K: Kernel, const D: usize>(
     cell: &PeriodicBox,
     current: Option<&mut HeatTally>,
 ) {
-    know_near::<K, D>(particles, grid, list, cell);
+    know_near::<K, Double, D>(particles, grid, list, cell);
     let current = current.map(|it| {
         it.begin();
         it.sums()

@@ -50,14 +50,14 @@ fn over_plane<K: Kernel, const D: usize>(z: f64, rule: &[(f64, f64)]) -> f64 {
         let length = 1.0 - z;
         let part = |&(x, weight): &(f64, f64)| {
             let r = z + length * x;
-            weight * K::w::<3>(r) * r
+            weight * K::w::<_, 3>(r) * r
         };
         std::f64::consts::TAU * length * rule.iter().map(part).sum::<f64>()
     } else {
         let length = (1.0 - z * z).sqrt();
         let part = |&(x, weight): &(f64, f64)| {
             let q = length * x;
-            weight * K::w::<2>((z * z + q * q).sqrt())
+            weight * K::w::<_, 2>((z * z + q * q).sqrt())
         };
         2.0 * length * rule.iter().map(part).sum::<f64>()
     }

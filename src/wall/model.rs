@@ -268,9 +268,9 @@ impl Walls {
                     })
                     .sum();
                 sum += if dimension == 2 {
-                    K::w::<2>(r2.sqrt())
+                    K::w::<_, 2>(r2.sqrt())
                 } else {
-                    K::w::<3>(r2.sqrt())
+                    K::w::<_, 3>(r2.sqrt())
                 };
             });
             frozen.points.push(point);

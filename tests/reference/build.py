@@ -131,6 +131,7 @@ def core_arguments(
     iterations: int = 1,
     skin: float | None = None,
     threads: int = 1,
+    precision: str = "double",
 ) -> dict[str, Any]:
     """Keyword arguments of `sdpd._core.Core` for a twin system."""
     return {
@@ -155,6 +156,7 @@ def core_arguments(
         "seed": system.seed,
         "skin": skin,
         "threads": threads,
+        "precision": precision,
     }
 
 

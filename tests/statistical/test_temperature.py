@@ -125,6 +125,16 @@ def test_pair_splitting_has_no_bias(dimension: int, multiple: float, friction: s
     assert_agrees(kinetic_temperature(sim, system, SAMPLES[dimension], every), 1.0)
 
 
+@pytest.mark.parametrize("multiple", [0.5, 6.0])
+def test_pairs_in_single_precision_have_no_bias(multiple: float) -> None:
+    viscosity = 20.0 if multiple < 4.0 else 60.0
+    system = fluid(3, viscosity=viscosity)
+    system = system.at(dt=multiple * friction_time(system))
+    sim = core(system, "pair_splitting", precision="mixed")
+    every = 2 if multiple < 1.0 else 1
+    assert_agrees(kinetic_temperature(sim, system, SAMPLES[3], every), 1.0)
+
+
 @pytest.mark.parametrize("noise", ["gaussian", "uniform"])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_velocity_verlet(dimension: int, noise: str) -> None:

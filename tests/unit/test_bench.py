@@ -13,6 +13,7 @@ import pytest
 import sdpd
 from sdpd import bench, cli
 from sdpd.bench import fluid, lammps, peer
+from sdpd.bench.peak import work
 from sdpd.bench.turns import Lists, Runs, Spread, take_turns
 
 
@@ -134,7 +135,7 @@ def speed() -> bench.Speed:
 
 
 def test_speed_of_steps(speed) -> None:
-    assert len(speed.rows) == 2 * 4
+    assert len(speed.rows) == 2 * 6
     row = speed.rows[0]
     assert (row.particles, row.support, row.kernel) == (512, 2.4, "lucy")
     assert row.rate.median == pytest.approx(1e9 / row.time.median)
@@ -143,8 +144,32 @@ def test_speed_of_steps(speed) -> None:
     assert 300.0 < row.bytes_per_particle < 2000.0
     assert all(ratio >= 1.0 for ratio in speed.flatness().values())
     assert {part.name for part in speed.parts} >= {"friction", "uniform noise"}
+    assert row.listed >= 0.99 * row.pairs
+    # a step does some hundred operations a pair, and no more than the machine can
+    assert 100.0 < row.work.flops / row.pairs < 300.0
+    shares = speed.shares()
+    assert len(shares) == len(speed.rows) and {len(share) for share in shares} == {7}
+    assert all(0.0 <= float(share[4]) < 150.0 for share in shares)
     text = str(speed)
+    assert "at best" in text and "% of best" in text
     assert "flatness in N" in text and "pair splitting" in text and speed.machine.date in text
+
+
+def test_more_work_is_counted_as_more() -> None:
+    least = work(50.0, 60.0, noise="none", splitting=False)
+    noisy = work(50.0, 60.0, noise="uniform", splitting=False)
+    gaussian = work(50.0, 60.0, noise="gaussian", splitting=False)
+    splitting = work(50.0, 60.0, noise="gaussian", splitting=True)
+    assert least.flops < noisy.flops < gaussian.flops < splitting.flops
+    assert least.bytes == noisy.bytes < splitting.bytes
+
+
+def test_the_best_of_the_machine() -> None:
+    found = bench.Peak.measure()
+    assert found.threads == 1 and 1e9 < found.flops < 1e12 and 1e8 < found.bandwidth < 1e13
+    assert "one thread at best" in str(found) and "GFlop/s" in str(found)
+    with pytest.raises(ValueError, match="`threads`"):
+        bench.Peak.measure(0)
 
 
 def test_document_is_json(speed, tmp_path) -> None:
@@ -157,7 +182,7 @@ def test_document_is_json(speed, tmp_path) -> None:
     assert {"particles", "time", "lists", "bytes_per_particle"} <= set(document["rows"][0])
     quiet = [row for row in document["rows"] if row["step"] == "Verlet, no noise"]
     assert quiet[0]["lists"]["interval"] is None  # infinite: nothing moves
-    assert len(document["flatness"]) == 4
+    assert len(document["flatness"]) == 6
 
 
 def test_effects(tmp_path, capsys) -> None:
@@ -330,7 +355,12 @@ def test_side_by_side(fake, tmp_path, capsys) -> None:
     assert contest["theirs"]["median"] == pytest.approx(512 * 4 / 0.004, rel=1e-9)
     assert contest["lowest"] <= contest["ratio"]["median"] <= contest["highest"]
     codes = [row["code"] for row in document["journeys"]]
-    assert codes == ["LAMMPS", "sdpd, splitting", "sdpd, Verlet"]
+    assert codes == [
+        "LAMMPS",
+        "sdpd, splitting",
+        "sdpd, splitting, mixed precision",
+        "sdpd, Verlet",
+    ]
     assert 0.0 < document["journeys"][0]["dt"] < 1e-9
     assert -0.03 < document["journeys"][1]["shear_error"] < 0.0
     assert abs(document["journeys"][1]["diffusion_error"]) < 0.03

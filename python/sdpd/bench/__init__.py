@@ -13,14 +13,16 @@ from sdpd.bench.figures import plot, plot_effects, plot_peer, plot_sizes, write_
 from sdpd.bench.fluid import liquid, water
 from sdpd.bench.machine import Machine
 from sdpd.bench.parts import Part
+from sdpd.bench.peak import Peak
 from sdpd.bench.peer import PEERS, run_peer
 from sdpd.bench.peer_results import Contest, Journey, Peer, Temperature
-from sdpd.bench.speed import Row, Speed, run_speed
+from sdpd.bench.speed import SHARES, Row, Speed, run_speed
 from sdpd.bench.study import Study, write, write_json
 from sdpd.bench.turns import Lists, Spread
 
 __all__ = [
     "PEERS",
+    "SHARES",
     "Contest",
     "Difference",
     "EffectCosts",
@@ -28,6 +30,7 @@ __all__ = [
     "Lists",
     "Machine",
     "Part",
+    "Peak",
     "Peer",
     "Row",
     "Speed",

@@ -165,6 +165,7 @@ class _Side:
     integrator: Integrator = UNIFORM
     observe: Callable[[], Observer] | None = None
     observed_before: bool = False  # detached again before the turns
+    precision: str = "double"
 
 
 @dataclass(frozen=True)
@@ -309,7 +310,10 @@ class _Bench:
             if name != "lucy":
                 found.append(_Comparison(name, "Verlet, Lucy", plain, _Side(self._water(name))))
         again = VelocityVerlet(iterations=1)
+        mixed = [_Side(self._plain, kind, precision="mixed") for kind in (UNIFORM, SPLITTING)]
         found += [
+            _Comparison("mixed precision", verlet, plain, mixed[0]),
+            _Comparison("mixed precision", "splitting", splitting, mixed[1]),
             _Comparison("friction once more", verlet, plain, _Side(self._plain, again)),
             _Comparison("pair splitting", verlet, plain, splitting),
             _Comparison(
@@ -387,7 +391,12 @@ class _Bench:
         else:
             start = self._start
         return simulation(
-            scene, integrator=side.integrator, dt=dt, threads=self._threads, positions=start
+            scene,
+            integrator=side.integrator,
+            dt=dt,
+            threads=self._threads,
+            positions=start,
+            precision=side.precision,
         )
 
 

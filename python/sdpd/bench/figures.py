@@ -11,7 +11,16 @@ import numpy as np
 from sdpd.bench.effects import EffectCosts
 from sdpd.bench.peer_results import Peer
 from sdpd.bench.speed import STEPS, Speed
-from sdpd.drawing import BLUE, GREEN, ORANGE, VERMILION, figure_or_new, save
+from sdpd.drawing import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    figure_or_new,
+    save,
+)
 
 if TYPE_CHECKING:
     from sdpd.bench.study import Study
@@ -19,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["plot", "plot_effects", "plot_peer", "plot_sizes", "write_figure"]
 
-_COLOURS = dict(zip(STEPS, (BLUE, GREEN, ORANGE, VERMILION), strict=True))
+_COLOURS = dict(zip(STEPS, (BLUE, SKY, GREEN, ORANGE, VERMILION, PURPLE), strict=True))
 _MARKS = ("o-", "s--", "^:", "v-.")  # by kernel
 _SIZES = {"speed": (9.0, 3.8), "effects": (9.0, 6.0), "peer": (9.0, 3.8)}  # inch
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import warnings
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -20,13 +21,14 @@ from sdpd.box import Box
 from sdpd.errors import SdpdWarning
 from sdpd.fluids import Fluid
 from sdpd.initial import RandomStart
+from sdpd.integrators import Integrator
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
-__all__ = ["SOUND_SPEED", "SPACING", "WATER", "edges", "liquid", "simulation", "water"]
+__all__ = ["SOUND_SPEED", "SPACING", "WATER", "Step", "edges", "liquid", "simulation", "water"]
 
 Array = NDArray[np.float64]
 
@@ -38,6 +40,24 @@ SETTLING = 20  # steps of the pair splitting, each about two friction times
 WATER = fluids.water().replace(
     equation_of_state=eos.Tait(), heat_capacity=None, thermal_conductivity=None
 )
+
+
+@dataclass(frozen=True)
+class Step:
+    """A kind of step that is timed.
+
+    Attributes
+    ----------
+    integrator : Integrator
+    noisy : bool
+        Whether there are fluctuations.
+    kernel, precision : str
+    """
+
+    integrator: Integrator
+    noisy: bool = True
+    kernel: str = "lucy"
+    precision: str = "double"
 
 
 def edges(sizes: Iterable[int]) -> tuple[int, ...]:

@@ -18,14 +18,14 @@ import numpy as np
 
 from sdpd import validation
 from sdpd.analysis import Estimate, ensemble
-from sdpd.bench.fluid import edges, liquid, water
+from sdpd.bench.fluid import Step, edges, liquid, water
 from sdpd.bench.lammps import Lammps, Session, find
 from sdpd.bench.machine import Machine, pinned
 from sdpd.bench.peer_results import BIAS, TIME_STEP, Contest, Journey, Peer, Temperature
 from sdpd.bench.turns import Lists, Runs, Spread, take_turns
 from sdpd.effects import Effects
 from sdpd.errors import SdpdWarning
-from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet
+from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.progress import bar, wanted
 from sdpd.scene import Scene
 
@@ -42,13 +42,14 @@ TURN = 0.5  # s
 WARMING = 40  # steps, in which the temperature gets where the time step takes it
 BIAS_STEPS = (1000, 2000)  # at the time step and at half of it, to find the bias
 BLOCKS = 16
-# name -> kernel, integrator, noise
-OURS: dict[str, tuple[str, Integrator, bool]] = {
-    "Verlet, uniform noise": ("lucy", VelocityVerlet(noise="uniform"), True),
-    "Verlet, Gaussian noise": ("lucy", VelocityVerlet(noise="gaussian"), True),
-    "Verlet, uniform noise, Wendland C2": ("wendland_c2", VelocityVerlet(), True),
-    "pair splitting": ("lucy", PairSplitting(), True),
-    "Verlet, no noise": ("lucy", VelocityVerlet(), False),
+OURS = {
+    "Verlet, uniform noise": Step(VelocityVerlet(noise="uniform")),
+    "the same, mixed precision": Step(VelocityVerlet(noise="uniform"), precision="mixed"),
+    "Verlet, Gaussian noise": Step(VelocityVerlet(noise="gaussian")),
+    "Verlet, uniform noise, Wendland C2": Step(VelocityVerlet(), kernel="wendland_c2"),
+    "pair splitting": Step(PairSplitting()),
+    "splitting, mixed precision": Step(PairSplitting(), precision="mixed"),
+    "Verlet, no noise": Step(VelocityVerlet(), noisy=False),
 }
 
 
@@ -196,8 +197,8 @@ class _Bench:
     def contests(self, edge: int) -> list[Contest]:
         """All kinds of steps in a box of that edge, at the same time step."""
         mine = {}
-        for name, (kernel, integrator, noisy) in OURS.items():
-            sim = self._simulation(edge, kernel, integrator, noisy, TIME_STEP)
+        for name, step in OURS.items():
+            sim = self._simulation(edge, step, TIME_STEP)
             mine[name] = _Ours(sim, self._seconds, self._lists.get(name))
             self._lists[name] = mine[name].runs.lists
         with self._session(edge, True) as noisy_one, self._session(edge, False) as quiet_one:
@@ -206,11 +207,13 @@ class _Bench:
                 for noisy, session in ((True, noisy_one), (False, quiet_one))
             }
             cases: dict[str | bool, Callable[[], float]] = {True: peers[True]}
-            cases |= {name: mine[name] for name in OURS if OURS[name][2]}
+            cases |= {name: mine[name] for name in OURS if OURS[name].noisy}
             cases |= {False: peers[False]}
-            cases |= {name: mine[name] for name in OURS if not OURS[name][2]}
+            cases |= {name: mine[name] for name in OURS if not OURS[name].noisy}
             times = take_turns(cases, self._rounds)
-        return [self._contest(edge, name, times, mine[name], peers[OURS[name][2]]) for name in OURS]
+        return [
+            self._contest(edge, name, times, mine[name], peers[OURS[name].noisy]) for name in OURS
+        ]
 
     def _contest(
         self,
@@ -220,7 +223,7 @@ class _Bench:
         mine: _Ours,
         peer: _Theirs,
     ) -> Contest:
-        noisy = OURS[name][2]
+        noisy = OURS[name].noisy
         theirs, ours = times[noisy], times[name]
         ratios = [a / b for a, b in zip(theirs, ours, strict=True)]
         scene = water(edge, self._support)
@@ -242,12 +245,16 @@ class _Bench:
         """Time to one h^2 rho/eta, each code at the time step that suits it."""
         scene = water(edge, self._support)
         span = scene.support_radius**2 * scene.fluid.density / scene.fluid.shear_viscosity
-        integrators = {"splitting": PairSplitting(), "Verlet": VelocityVerlet()}
-        mine = {
-            name: _Observed(self._simulation(edge, "lucy", each, True, "auto"), self._seconds)
-            for name, each in integrators.items()
+        kinds = {
+            "splitting": Step(PairSplitting()),
+            "splitting, mixed precision": Step(PairSplitting(), precision="mixed"),
+            "Verlet": Step(VelocityVerlet()),
         }
-        small = self._simulation(edge, "lucy", VelocityVerlet(), True, TIME_STEP)
+        mine = {
+            name: _Observed(self._simulation(edge, each, "auto"), self._seconds)
+            for name, each in kinds.items()
+        }
+        small = self._simulation(edge, Step(VelocityVerlet()), TIME_STEP)
         reference = _Observed(small, self._seconds)
         with self._session(edge, True) as session:
             dt, error = self._largest_step(session, scene.fluid.temperature)
@@ -277,7 +284,7 @@ class _Bench:
                     temperature=_temperature(side, scene, step),
                     diffusion_error=math.nan if drift is None else drift.value,
                     diffusion_stderr=math.nan if drift is None else drift.stderr,
-                    shear_error=_shear(scene, step) if name == "splitting" else math.nan,
+                    shear_error=_shear(scene, step) if name.startswith("splitting") else math.nan,
                 )
             )
         return found
@@ -303,26 +310,24 @@ class _Bench:
         return BIAS / abs(slope), slope_error / abs(slope)
 
     def _session(self, edge: int, noise: bool) -> Session:
-        sim = self._simulation(edge, "lucy", VelocityVerlet(), True, TIME_STEP)
+        sim = self._simulation(edge, Step(VelocityVerlet()), TIME_STEP)
         positions, velocities = np.array(sim.positions), np.array(sim.velocities)
         return Session(
             self._lammps, sim.scene, positions, velocities, dt=TIME_STEP, seed=edge, noise=noise
         )
 
-    def _simulation(
-        self, edge: int, kernel: str, integrator: Integrator, noisy: bool, dt: float | str
-    ) -> Simulation:
+    def _simulation(self, edge: int, step: Step, dt: float | str) -> Simulation:
         from sdpd.simulation import Simulation
 
-        fluctuations = None if noisy else False
-        scene = water(edge, self._support, kernel, effects=Effects(fluctuations=fluctuations))
-        start = liquid(water(edge, self._support, kernel))
-        thermal = Simulation(
-            water(edge, self._support, kernel), dt=TIME_STEP, threads=1, seed=3, positions=start
-        )
+        noisy_scene = water(edge, self._support, step.kernel)
+        fluctuations = None if step.noisy else False
+        scene = noisy_scene.replace(effects=Effects(fluctuations=fluctuations))
+        start = liquid(noisy_scene)
+        thermal = Simulation(noisy_scene, dt=TIME_STEP, threads=1, seed=3, positions=start)
         return Simulation(
             scene,
-            integrator=integrator,
+            integrator=step.integrator,
+            precision=step.precision,
             dt=dt,
             threads=1,
             seed=3,

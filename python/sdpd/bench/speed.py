@@ -10,20 +10,21 @@ from typing import TYPE_CHECKING, ClassVar
 
 from sdpd import kernels as kernel_table
 from sdpd import running, validation
-from sdpd.bench.fluid import edges, liquid, simulation, water
+from sdpd.bench.fluid import Step, edges, liquid, simulation, water
 from sdpd.bench.machine import Machine
 from sdpd.bench.parts import Part, measure_parts
+from sdpd.bench.peak import Peak, Work, work
 from sdpd.bench.study import Study
 from sdpd.bench.turns import Lists, Runs, Spread, take_turns
 from sdpd.effects import Effects
-from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet
+from sdpd.integrators import PairSplitting, VelocityVerlet
 from sdpd.progress import bar, wanted
 from sdpd.units import table
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
-__all__ = ["DEFAULT_SIZES", "STEPS", "SUPPORTS", "Row", "Speed", "run_speed"]
+__all__ = ["DEFAULT_SIZES", "SHARES", "STEPS", "SUPPORTS", "Row", "Speed", "run_speed"]
 
 DEFAULT_SIZES = (3375, 32768, 216000)
 SUPPORTS = (2.4, 3.0)
@@ -31,12 +32,14 @@ ROUNDS = 5
 TURN = 0.2  # s, as long as a call of the core from a run
 SMALL, SMALLEST = 15, 8  # particles along an edge of the box in which lists are watched
 FLAT = 1.2  # largest over smallest cost of a particle-step that still counts as flat in N
-# name -> integrator, fluctuations
-STEPS: dict[str, tuple[Integrator, bool]] = {
-    "Verlet, uniform noise": (VelocityVerlet(noise="uniform"), True),
-    "Verlet, Gaussian noise": (VelocityVerlet(noise="gaussian"), True),
-    "Verlet, no noise": (VelocityVerlet(), False),
-    "pair splitting": (PairSplitting(), True),
+SHARES = ["N", "h/dx", "step", "GFlop/s", "% of best", "GB/s", "% of best"]
+STEPS = {
+    "Verlet, uniform noise": Step(VelocityVerlet(noise="uniform")),
+    "the same, mixed precision": Step(VelocityVerlet(noise="uniform"), precision="mixed"),
+    "Verlet, Gaussian noise": Step(VelocityVerlet(noise="gaussian")),
+    "Verlet, no noise": Step(VelocityVerlet(), noisy=False),
+    "pair splitting": Step(PairSplitting()),
+    "splitting, mixed precision": Step(PairSplitting(), precision="mixed"),
 }
 
 
@@ -50,8 +53,8 @@ class Row:
     support : float
         h/dx [1].
     kernel : str
-    pairs : float
-        A particle, each pair counted once.
+    pairs, listed : float
+        A particle, each pair counted once; within the support, and in the list.
     step : str
         Of `STEPS`.
     dt_over_tau : float
@@ -68,6 +71,7 @@ class Row:
     support: float
     kernel: str
     pairs: float
+    listed: float
     step: str
     dt_over_tau: float
     lists: Lists
@@ -78,6 +82,14 @@ class Row:
     def rate(self) -> Spread:
         """Particle-steps a second, all threads together [1/s]."""
         return self.time.inverse(1e9)
+
+    @property
+    def work(self) -> Work:
+        """Operations and bytes of a particle-step."""
+        kind = STEPS[self.step]
+        noise = kind.integrator.noise if kind.noisy else "none"
+        splitting = isinstance(kind.integrator, PairSplitting)
+        return work(self.pairs, self.listed, noise=noise, splitting=splitting)
 
     @property
     def time_per_pair(self) -> Spread:
@@ -93,6 +105,8 @@ class Speed(Study):
 
     rows: tuple[Row, ...]
     parts: tuple[Part, ...]
+    peak: Peak
+    one_thread: Peak
 
     def flatness(self) -> dict[tuple[str, str, float], float]:
         """Largest over smallest cost of a particle-step by step, kernel and support."""
@@ -138,6 +152,7 @@ class Speed(Study):
             "parts of a Verlet step by differences; ns of a particle",
             table(parts, ["N", "h/dx", "part", "ns", "ns/pair"]),
         ]
+        blocks += [self.best(), table(self.shares(), SHARES)]
         if len({row.particles for row in self.rows}) > 1:
             flat = [
                 [step, kernel, f"{support:g}", f"{ratio:.2f}"]
@@ -148,6 +163,32 @@ class Speed(Study):
                 table(flat, ["step", "kernel", "h/dx", "ratio"]),
             ]
         return "\n\n".join([*blocks, self._foot()])
+
+    def best(self) -> str:
+        """What the machine can do, in words."""
+        found = [str(self.one_thread)]
+        if self.threads > 1:
+            gain = self.peak.flops / self.one_thread.flops
+            found.append(f"{self.peak}: {gain:.2f} times the operations of one")
+        return "; ".join(found) + "; what steps reach of it"
+
+    def shares(self) -> list[list[str]]:
+        """Operations and bytes a second of each row, beside the machine's best; see `SHARES`."""
+        found = []
+        for row in self.rows:
+            flops, moved = (x * row.rate.median for x in (row.work.flops, row.work.bytes))
+            found.append(
+                [
+                    f"{row.particles:,}",
+                    f"{row.support:g}",
+                    row.step,
+                    f"{flops * 1e-9:.1f}",
+                    f"{100.0 * flops / self.peak.flops:.0f}",
+                    f"{moved * 1e-9:.1f}",
+                    f"{100.0 * moved / self.peak.bandwidth:.0f}",
+                ]
+            )
+        return found
 
 
 def run_speed(
@@ -191,8 +232,8 @@ def run_speed(
     -----
     All sizes and steps of a kernel and support take turns, so that they are compared at the same
     pace of the machine. Lists count with their share: how often they are built, and what that takes
-    a particle, is measured in a box of `SMALL` particles along an edge. A turn is about as long as
-    a call of the core, at whose end the user's arrays are written: that counts.
+    a particle, is measured in a box of `SMALL` particles along an edge. At the end of a turn the
+    user's arrays are written: a turn has at least as many steps as pass between that in a run.
     """
     chosen = edges(DEFAULT_SIZES if sizes is None else sizes)
     ratios = tuple(validation.positive("supports", support) for support in supports)
@@ -219,6 +260,8 @@ def run_speed(
         seconds=perf_counter() - begun,
         rows=tuple(rows),
         parts=tuple(parts),
+        peak=Peak.measure(number),
+        one_thread=Peak.measure(1),
     )
 
 
@@ -252,6 +295,7 @@ def _measure(
             support=support,
             kernel=kernel,
             pairs=each.sim.scene.pairs_per_particle,
+            listed=each.sim.statistics()["pairs_in_list"] / each.sim.n_particles,
             step=name,
             dt_over_tau=each.sim.dt / each.sim.scene.friction_time,
             lists=each.lists,
@@ -263,8 +307,14 @@ def _measure(
 
 
 def _simulation(edge: int, support: float, kernel: str, step: str, threads: int) -> Simulation:
-    integrator, noisy = STEPS[step]
-    effects = Effects(fluctuations=None if noisy else False)
+    kind = STEPS[step]
+    effects = Effects(fluctuations=None if kind.noisy else False)
     scene = water(edge, support, kernel, effects=effects)
     start = liquid(water(edge, support, kernel))
-    return simulation(scene, integrator=integrator, threads=threads, positions=start)
+    return simulation(
+        scene,
+        integrator=kind.integrator,
+        threads=threads,
+        positions=start,
+        precision=kind.precision,
+    )

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from sdpd.running import STEPS_BETWEEN_VIEWS
+
 if TYPE_CHECKING:
     from sdpd.observers import Observer
     from sdpd.simulation import Simulation
@@ -97,7 +99,7 @@ class Runs:
     ----------
     sim : Simulation
     seconds : float
-        Wall time of a turn, about; 0: two steps, to try it.
+        Wall time of a turn, about, but some steps at least; 0: two steps, to try it.
     lists : Lists, optional
         Of the same steps in a smaller box; measured if None. A turn of few steps may have one list
         more or less than its share: its time is corrected for that.
@@ -118,7 +120,9 @@ class Runs:
         self.lists = Lists.of(sim, quick=seconds == 0.0) if lists is None else lists
         self.steps = 2
         self()  # memory is in place after this
-        self.steps = max(2, round(seconds / (self() * 1e-9 * sim.n_particles)))
+        if seconds > 0.0:
+            steps = round(seconds / (self() * 1e-9 * sim.n_particles))
+            self.steps = max(STEPS_BETWEEN_VIEWS, steps)
 
     def __call__(self) -> float:
         """Take a turn; [ns]."""

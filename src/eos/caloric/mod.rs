@@ -18,7 +18,7 @@ pub use table::Table;
 
 use super::expect;
 use crate::error::{Error, Result};
-use crate::random::ln;
+use crate::real::ln;
 use crate::valid::positive;
 
 /// The part of the equation of state without T.

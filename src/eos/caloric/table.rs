@@ -6,7 +6,7 @@
 
 use super::Caloric;
 use crate::error::{Error, Result};
-use crate::random::ln;
+use crate::real::ln;
 use crate::valid::{finite, positive};
 
 /// Equidistant points.

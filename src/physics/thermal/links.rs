@@ -2,7 +2,7 @@
 
 use super::super::friction::LinkAxes;
 use super::{Ends, Exchanges, ThermalExchange};
-use crate::random::expm1_negative;
+use crate::real::expm1_negative;
 
 impl ThermalExchange {
     /// The change of the relative velocity u of a link (of v_i - v_w, where it is `own`); g with the

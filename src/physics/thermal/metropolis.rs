@@ -3,7 +3,7 @@
 //! second one.
 
 use super::{Ends, FrictionDecay, HeatDecay};
-use crate::random::ln;
+use crate::real::ln;
 
 /// ln of the density with which friction proposes u for u' over that with which it proposes u' for u,
 /// each from its decay and its width; `axis` is a unit vector.

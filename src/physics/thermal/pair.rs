@@ -1,7 +1,7 @@
 //! One pair: the decay of its relative velocity and of the difference of its energies.
 
 use super::{Exchanges, ThermalExchange};
-use crate::random::{Arithmetic, Plain, expm1_negative, expm1_negative_with};
+use crate::real::{Arithmetic, Plain, expm1_negative, expm1_negative_with};
 
 /// Two particles as their exchange sees them: energies k T with one heat capacity k for both.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -151,7 +151,8 @@ impl ThermalRates {
 mod tests {
     use super::super::{Bath, Full, FullVariable};
     use super::*;
-    use crate::random::{Gaussian, Plain, Stream, SweepKey, Variate};
+    use crate::random::{Gaussian, Stream, SweepKey, Variate};
+    use crate::real::Plain;
 
     const STATE: PairState = PairState {
         now: [0.7, 1.6],

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::super::friction::LinkAxes;
 use super::*;
-use crate::random::{Gaussian, Plain, Stream, SweepKey, Variate};
+use crate::random::{Gaussian, Stream, SweepKey, Variate};
+use crate::real::Plain;
 
 fn coefficients(capacity: f64) -> PairThermal {
     PairThermal {

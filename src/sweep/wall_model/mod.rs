@@ -16,7 +16,8 @@ use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::Grid;
 use crate::physics::{Exchange, FrictionForm, Kick};
-use crate::random::{Plain, SweepKey, Variate};
+use crate::random::{SweepKey, Variate};
+use crate::real::Plain;
 use crate::state::Particles;
 use crate::wall::{Near, OwnImages, Site, TASK, WallModel, Walls, Wrench};
 
@@ -43,13 +44,13 @@ impl Physics {
     pub fn of<K: Kernel, F: FrictionForm, V: Variate, const D: usize>() -> Self {
         Self {
             dimension: D,
-            f: K::f::<D>,
+            f: K::f::<_, D>,
             friction: F::ON,
             central: F::CENTRAL,
             noise: V::ON,
             force: Kick::single_force::<F>,
             exchange: Exchange::one_sided::<F>,
-            draw: V::draw::<Plain>,
+            draw: V::draw::<Plain, f64>,
         }
     }
 
@@ -149,7 +150,7 @@ pub(super) fn densities<K: Kernel, const D: usize>(
     grid: &Grid,
     cell: &PeriodicBox,
 ) {
-    let w = K::w::<D>;
+    let w = K::w::<_, D>;
     match walls.model {
         WallModel::SymmetricImages => {}
         WallModel::OwnFootImages { least, .. } => {
@@ -251,7 +252,7 @@ pub(super) fn friction_weight<K: Kernel, const D: usize>(
     let Some(cell) = walls.state.cell else {
         return 0.0;
     };
-    let f = K::f::<D>;
+    let f = K::f::<_, D>;
     match walls.model {
         WallModel::SymmetricImages => 0.0,
         WallModel::OwnFootImages { .. } => own_foot::friction_weight(particles, walls, f, D, &cell),

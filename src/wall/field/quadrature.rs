@@ -274,7 +274,7 @@ impl<K: Kernel, const D: usize> Task for Sums<'_, K, D> {
                                 }
                                 // A point may be behind the wall.
                                 let q = (r2 + four * phis[k][l]).max(0.0).sqrt();
-                                sum[l] += values[k][l] * K::w::<D>(q);
+                                sum[l] += values[k][l] * K::w::<_, D>(q);
                             }
                         }
                     }

@@ -1,49 +1,12 @@
-//! Branch-free logarithm, sine and cosine, and exp(x) - 1, written so that a loop over them turns
-//! into vector instructions, with the same bits on every machine: no call into the platform's
-//! mathematical library. Coefficients: fdlibm (Sun Microsystems, 1993).
+//! The functions in double precision. Coefficients: fdlibm (Sun Microsystems, 1993).
 
-/// How a product is added: with one rounding where the loop is compiled for machines that do it at
-/// once, with two elsewhere.
-pub trait Arithmetic: Copy + Send + Sync + 'static {
-    /// a b + c.
-    fn fused(a: f64, b: f64, c: f64) -> f64;
-}
-
-/// Two roundings.
-#[derive(Debug, Clone, Copy)]
-pub struct Plain;
-
-/// One.
-#[derive(Debug, Clone, Copy)]
-pub struct Fused;
-
-impl Arithmetic for Plain {
-    #[inline(always)]
-    fn fused(a: f64, b: f64, c: f64) -> f64 {
-        a * b + c
-    }
-}
-
-impl Arithmetic for Fused {
-    #[inline(always)]
-    fn fused(a: f64, b: f64, c: f64) -> f64 {
-        a.mul_add(b, c)
-    }
-}
-
-/// c0 + z (c1 + z (c2 + ..)).
-#[inline(always)]
-fn polynomial<A: Arithmetic, const N: usize>(z: f64, coefficients: &[f64; N]) -> f64 {
-    let mut sum = coefficients[N - 1];
-    for k in (0..N - 1).rev() {
-        sum = A::fused(sum, z, coefficients[k]);
-    }
-    sum
-}
+use super::{Arithmetic, Plain, Real, polynomial};
 
 /// 1.5 * 2^52: adding and subtracting it rounds to the nearest integer.
 pub const ROUNDER: f64 = 6_755_399_441_055_744.0;
 const TWO_52: f64 = 4_503_599_627_370_496.0;
+/// 2^-32.
+const WORD: f64 = 1.0 / 4_294_967_296.0;
 
 /// An integer below 2^52 as a float, exactly.
 #[inline(always)]
@@ -101,8 +64,8 @@ pub fn ln_with<A: Arithmetic>(x: f64) -> f64 {
     let s = f / (2.0 + f);
     let z = s * s;
     let w = z * z;
-    let even = w * polynomial::<A, 3>(w, &[L[1], L[3], L[5]]);
-    let odd = polynomial::<A, 4>(w, &[L[0], L[2], L[4], L[6]]);
+    let even = w * polynomial::<A, _, 3>(w, &[L[1], L[3], L[5]]);
+    let odd = polynomial::<A, _, 4>(w, &[L[0], L[2], L[4], L[6]]);
     let half_square = 0.5 * f * f;
     let sum = half_square + A::fused(z, odd, even);
     let low = A::fused(s, sum, k * LN2_LO);
@@ -138,9 +101,9 @@ pub fn cos_sin_turn_with<A: Arithmetic>(t: f64) -> (f64, f64) {
     let shifted = quarters + ROUNDER;
     let x = (quarters - (shifted - ROUNDER)) * std::f64::consts::FRAC_PI_2;
     let z = x * x;
-    let sine = A::fused(x * z, polynomial::<A, 6>(z, &S), x);
+    let sine = A::fused(x * z, polynomial::<A, _, 6>(z, &S), x);
     let base = A::fused(-0.5, z, 1.0);
-    let cosine = A::fused(z * z, polynomial::<A, 6>(z, &C), base);
+    let cosine = A::fused(z * z, polynomial::<A, _, 6>(z, &C), base);
     // Quadrant k = 0..4 (4 wraps to 0) sits in the low bits of `shifted`.
     let k = shifted.to_bits();
     let swap = (k & 1).wrapping_neg();
@@ -182,13 +145,64 @@ pub fn expm1_negative_with<A: Arithmetic>(x: f64) -> f64 {
     let shifted = A::fused(y, LOG2_E, ROUNDER);
     let n = shifted - ROUNDER;
     let r = A::fused(-n, LN2_LO, A::fused(-n, LN2_HI, y));
-    let p = A::fused(r * r, polynomial::<A, 12>(r, &P), r);
+    let p = A::fused(r * r, polynomial::<A, _, 12>(r, &P), r);
     let scale = f64::from_bits((shifted.to_bits() << 52).wrapping_add(0x3ff0_0000_0000_0000));
     A::fused(scale, p, scale - 1.0)
 }
 
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const NARROW: bool = false;
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn double(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn multiply_add(self, a: Self, b: Self) -> Self {
+        self.mul_add(a, b)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn inverse_root<A: Arithmetic>(self) -> Self {
+        inverse_root_with::<A>(self)
+    }
+    #[inline(always)]
+    fn ln<A: Arithmetic>(self) -> Self {
+        ln_with::<A>(self)
+    }
+    #[inline(always)]
+    fn cos_sin_turn<A: Arithmetic>(self) -> (Self, Self) {
+        cos_sin_turn_with::<A>(self)
+    }
+    #[inline(always)]
+    fn expm1_negative<A: Arithmetic>(self) -> Self {
+        expm1_negative_with::<A>(self)
+    }
+    #[inline(always)]
+    fn centred(word: u64) -> Self {
+        // The difference is exact.
+        (from_integer(word) - 2_147_483_648.0) + 0.5
+    }
+    #[inline(always)]
+    fn unit_interval(word: u64) -> Self {
+        (from_integer(word) + 0.5) * WORD
+    }
+    #[inline(always)]
+    fn fraction(word: u64) -> Self {
+        from_integer(word) * WORD
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::Fused;
     use super::*;
 
     #[test]

@@ -1,0 +1,109 @@
+//! Numbers of the pair loops, in double and in single precision, and the few functions they need:
+//! branch-free, written so that a loop over them turns into vector instructions, with the same bits on
+//! every machine: no call into the platform's mathematical library.
+
+mod double;
+mod single;
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+pub use double::{
+    ROUNDER, cos_sin_turn, expm1_negative, expm1_negative_with, inverse_root, inverse_root_with,
+    ln, root,
+};
+
+/// How a product is added: with one rounding where the loop is compiled for machines that do it at
+/// once, with two elsewhere.
+pub trait Arithmetic: Copy + Send + Sync + 'static {
+    /// a b + c.
+    fn fused<R: Real>(a: R, b: R, c: R) -> R;
+}
+
+/// Two roundings.
+#[derive(Debug, Clone, Copy)]
+pub struct Plain;
+
+/// One.
+#[derive(Debug, Clone, Copy)]
+pub struct Fused;
+
+impl Arithmetic for Plain {
+    #[inline(always)]
+    fn fused<R: Real>(a: R, b: R, c: R) -> R {
+        a * b + c
+    }
+}
+
+impl Arithmetic for Fused {
+    #[inline(always)]
+    fn fused<R: Real>(a: R, b: R, c: R) -> R {
+        a.multiply_add(b, c)
+    }
+}
+
+/// A number: f64 or f32.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + SubAssign
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// 0.
+    const ZERO: Self;
+    /// Does it take several words to fill a register as wide as the one the words come in?
+    const NARROW: bool;
+    /// The nearest one.
+    fn of(x: f64) -> Self;
+    /// The same number in double precision.
+    fn double(self) -> f64;
+    /// self a + b, rounded once.
+    fn multiply_add(self, a: Self, b: Self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// 1/sqrt(x) for 1e-30 <= x <= 1e30, to about 1 ulp.
+    fn inverse_root<A: Arithmetic>(self) -> Self;
+    /// Natural logarithm of a positive normal number, to about 1 ulp.
+    fn ln<A: Arithmetic>(self) -> Self;
+    /// (cos, sin) of 2 pi t for t in [0, 1), to about 1 ulp of 1.
+    fn cos_sin_turn<A: Arithmetic>(self) -> (Self, Self);
+    /// exp(-x) - 1 for x >= 0, accurate to about 1 ulp also where x is tiny.
+    fn expm1_negative<A: Arithmetic>(self) -> Self;
+    /// A word below 2^32, less 2^31 and plus 1/2.
+    fn centred(word: u64) -> Self;
+    /// A word below 2^32 plus 1/2, times 2^-32: in (0, 1].
+    fn unit_interval(word: u64) -> Self;
+    /// A word below 2^32 times 2^-32: in [0, 1].
+    fn fraction(word: u64) -> Self;
+    /// sqrt(x) for 0 <= x <= 1e30, to about 1 ulp; of numbers below 1e-30 less than it is.
+    #[inline(always)]
+    fn root(self) -> Self {
+        self * self.at_least(1e-30).inverse_root::<Plain>()
+    }
+    /// The larger one, without a branch.
+    #[inline(always)]
+    fn at_least(self, least: f64) -> Self {
+        let least = Self::of(least);
+        if self > least { self } else { least }
+    }
+}
+
+/// c0 + z (c1 + z (c2 + ..)).
+#[inline(always)]
+fn polynomial<A: Arithmetic, R: Real, const N: usize>(z: R, coefficients: &[R; N]) -> R {
+    let mut sum = coefficients[N - 1];
+    for k in (0..N - 1).rev() {
+        sum = A::fused(sum, z, coefficients[k]);
+    }
+    sum
+}

@@ -1,0 +1,165 @@
+//! In which precision pairs are worked off. State and sums are in double precision always.
+
+use rayon::prelude::*;
+
+use super::rows::MOST;
+use super::wide::{Turning, Vector, Wide};
+use crate::domain::PeriodicBox;
+use crate::real::{ROUNDER, Real};
+
+/// Copies of positions and velocities in single precision; empty where nobody wants them.
+#[derive(Debug, Default, Clone)]
+pub struct Copies {
+    /// Positions axis by axis, and room behind them: what the search for pairs reads.
+    columns: [Vec<f32>; 3],
+    pub(crate) place: Vec<[f32; 4]>,
+    pub(crate) motion: Vec<[f32; 4]>,
+}
+
+impl Copies {
+    /// Positions axis by axis, as turns of the box; a vector may be read from each.
+    pub(crate) fn columns(&mut self, position: &[[f64; 4]], cell: &PeriodicBox) -> &[Vec<f32>; 3] {
+        let turns = Turns::of(cell);
+        for (a, column) in self.columns.iter_mut().enumerate() {
+            column.clear();
+            column.extend(position.iter().map(|x| turns.of_axis(a, x[a])));
+            column.resize(position.len() + MOST, 0.0);
+        }
+        &self.columns
+    }
+}
+
+/// Positions as fractions of the box in units of 2^-32, less whole turns.
+#[derive(Clone, Copy)]
+struct Turns {
+    scale: [f64; 3],
+}
+
+impl Turns {
+    fn of(cell: &PeriodicBox) -> Self {
+        Self {
+            scale: cell.inverse.map(|inverse| inverse * TURN),
+        }
+    }
+
+    /// Bits of an integer: the lowest ones of a sum with a large number.
+    #[inline(always)]
+    fn of_axis(&self, axis: usize, x: f64) -> f32 {
+        f32::from_bits((x * self.scale[axis] + ROUNDER).to_bits() as u32)
+    }
+}
+
+/// The precision of what happens between two particles.
+pub trait Precision: Copy + Send + Sync + 'static {
+    /// Name in the registry.
+    const NAME: &'static str;
+    /// The number in a lane.
+    type Real: Real;
+    /// Registers of them.
+    type Vector<W: Wide>: Vector<Number = Self::Real>;
+    /// Length of an axis as `separation` wants it.
+    fn edge(edge: f64) -> Self::Real;
+    /// Distance along an axis from `second` to the nearest image of `first`.
+    fn separation<W: Wide>(
+        first: Self::Vector<W>,
+        second: Self::Vector<W>,
+        edge: Self::Vector<W>,
+        inverse: Self::Vector<W>,
+        rounder: Self::Vector<W>,
+    ) -> Self::Vector<W>;
+    /// Positions as the lanes want them, with what else their records carry.
+    fn places<'a>(
+        position: &'a [[f64; 4]],
+        cell: &PeriodicBox,
+        copy: &'a mut Vec<[f32; 4]>,
+    ) -> &'a [[Self::Real; 4]];
+    /// Velocities likewise.
+    fn motions<'a>(velocity: &'a [[f64; 4]], copy: &'a mut Vec<[f32; 4]>) -> &'a [[Self::Real; 4]];
+}
+
+/// Double precision throughout.
+#[derive(Debug, Clone, Copy)]
+pub struct Double;
+
+/// Pairs in single precision. Positions are fractions of the box in units of 2^-32, whose difference
+/// is the way to the nearest image by itself, and is right to 2^-32 of the box.
+#[derive(Debug, Clone, Copy)]
+pub struct Mixed;
+
+impl Precision for Double {
+    const NAME: &'static str = "double";
+    type Real = f64;
+    type Vector<W: Wide> = W;
+    #[inline(always)]
+    fn edge(edge: f64) -> f64 {
+        edge
+    }
+    #[inline(always)]
+    fn separation<W: Wide>(first: W, second: W, edge: W, inverse: W, rounder: W) -> W {
+        let r = first.minus(second);
+        let turns = rounder.plus_product(r, inverse).minus(rounder);
+        r.less_product(edge, turns)
+    }
+    fn places<'a>(
+        position: &'a [[f64; 4]],
+        _: &PeriodicBox,
+        _: &'a mut Vec<[f32; 4]>,
+    ) -> &'a [[f64; 4]] {
+        position
+    }
+    fn motions<'a>(velocity: &'a [[f64; 4]], _: &'a mut Vec<[f32; 4]>) -> &'a [[f64; 4]] {
+        velocity
+    }
+}
+
+impl Precision for Mixed {
+    const NAME: &'static str = "mixed";
+    type Real = f32;
+    type Vector<W: Wide> = W::Single;
+    #[inline(always)]
+    fn edge(edge: f64) -> f32 {
+        (edge / TURN) as f32
+    }
+    #[inline(always)]
+    fn separation<W: Wide>(
+        first: W::Single,
+        second: W::Single,
+        edge: W::Single,
+        _: W::Single,
+        _: W::Single,
+    ) -> W::Single {
+        first.turned_from(second).times(edge)
+    }
+    fn places<'a>(
+        position: &'a [[f64; 4]],
+        cell: &PeriodicBox,
+        copy: &'a mut Vec<[f32; 4]>,
+    ) -> &'a [[f32; 4]] {
+        let turns = Turns::of(cell);
+        copied(position, copy, |[x, y, z, s]| {
+            [
+                turns.of_axis(0, x),
+                turns.of_axis(1, y),
+                turns.of_axis(2, z),
+                s as f32,
+            ]
+        })
+    }
+    fn motions<'a>(velocity: &'a [[f64; 4]], copy: &'a mut Vec<[f32; 4]>) -> &'a [[f32; 4]] {
+        copied(velocity, copy, |v| v.map(|v| v as f32))
+    }
+}
+
+fn copied<'a>(
+    from: &[[f64; 4]],
+    to: &'a mut Vec<[f32; 4]>,
+    narrow: impl Fn([f64; 4]) -> [f32; 4] + Sync,
+) -> &'a [[f32; 4]] {
+    to.resize(from.len(), [0.0; 4]);
+    let pairs = to.par_iter_mut().zip(from).with_min_len(2048);
+    pairs.for_each(|(to, &from)| *to = narrow(from));
+    to
+}
+
+/// 2^32.
+const TURN: f64 = 4_294_967_296.0;

@@ -1,0 +1,385 @@
+//! AVX2 with FMA: two halves of four or eight lanes.
+
+use std::arch::x86_64::*;
+
+use super::{KEPT, LANES, Turning, Vector, Wide};
+use crate::real::Fused;
+
+/// Two halves of four lanes.
+#[derive(Clone, Copy)]
+pub struct Avx2(__m256d, __m256d);
+
+/// Two halves of eight lanes in single precision.
+#[derive(Clone, Copy)]
+pub struct Single(__m256, __m256);
+
+/// 32-bit places of the 64-bit lanes whose bits are set, in one half.
+const HALVES: [[i32; 8]; 16] = {
+    let mut table = [[0; 8]; 16];
+    let mut mask = 0;
+    while mask < 16 {
+        let mut at = 0;
+        while at < 4 {
+            let lane = KEPT[mask][at] as i32;
+            table[mask][2 * at] = 2 * lane;
+            table[mask][2 * at + 1] = 2 * lane + 1;
+            at += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// Bytes of the 16-bit lanes whose bits are set.
+const BYTES: [[u8; 16]; 256] = {
+    let mut table = [[0; 16]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let mut at = 0;
+        while at < LANES {
+            let lane = KEPT[mask][at] as u8;
+            table[mask][2 * at] = 2 * lane;
+            table[mask][2 * at + 1] = 2 * lane + 1;
+            at += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// As [`Wide::kept`].
+#[inline(always)]
+pub(super) fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
+    // SAFETY: the machine has the instructions; 16 bytes are read.
+    unsafe {
+        let bytes = _mm_loadu_si128(BYTES[keep as usize].as_ptr().cast());
+        let numbers = _mm_loadu_si128(numbers.as_ptr().cast());
+        std::mem::transmute(_mm_shuffle_epi8(numbers, bytes))
+    }
+}
+
+#[inline(always)]
+unsafe fn transpose(rows: [__m256d; 4]) -> [__m256d; 4] {
+    let [a, b, c, d] = rows;
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        let (t0, t1) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+        let (t2, t3) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+        [
+            _mm256_permute2f128_pd::<0x20>(t0, t2),
+            _mm256_permute2f128_pd::<0x20>(t1, t3),
+            _mm256_permute2f128_pd::<0x31>(t0, t2),
+            _mm256_permute2f128_pd::<0x31>(t1, t3),
+        ]
+    }
+}
+
+// SAFETY of all blocks below: the machine has the instructions, pointers are the caller's.
+#[allow(clippy::undocumented_unsafe_blocks)]
+impl Vector for Avx2 {
+    type Number = f64;
+    const LANES: usize = 8;
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        let half = unsafe { _mm256_set1_pd(x) };
+        Self(half, half)
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f64) -> Self {
+        unsafe { Self(_mm256_loadu_pd(from), _mm256_loadu_pd(from.add(4))) }
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f64) {
+        unsafe {
+            _mm256_storeu_pd(to, self.0);
+            _mm256_storeu_pd(to.add(4), self.1);
+        }
+    }
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_add_pd(self.0, other.0),
+                _mm256_add_pd(self.1, other.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_sub_pd(self.0, other.0),
+                _mm256_sub_pd(self.1, other.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_mul_pd(self.0, other.0),
+                _mm256_mul_pd(self.1, other.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn less_product(self, a: Self, b: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_fnmadd_pd(a.0, b.0, self.0),
+                _mm256_fnmadd_pd(a.1, b.1, self.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_fmadd_pd(a.0, b.0, self.0),
+                _mm256_fmadd_pd(a.1, b.1, self.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        unsafe {
+            let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0));
+            let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.1, other.1));
+            (low | high << 4) as u32
+        }
+    }
+    #[inline(always)]
+    unsafe fn columns(base: *const [f64; 4], slots: *const u32) -> [Self; 4] {
+        unsafe {
+            let at = |k: usize| _mm256_loadu_pd(base.add(*slots.add(k) as usize).cast());
+            let low = transpose([at(0), at(1), at(2), at(3)]);
+            let high = transpose([at(4), at(5), at(6), at(7)]);
+            [
+                Self(low[0], high[0]),
+                Self(low[1], high[1]),
+                Self(low[2], high[2]),
+                Self(low[3], high[3]),
+            ]
+        }
+    }
+    #[inline(always)]
+    unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
+        unsafe {
+            let [x, y, z, last] = columns;
+            let low = transpose([x.0, y.0, z.0, last.0]);
+            let high = transpose([x.1, y.1, z.1, last.1]);
+            for k in 0..4 {
+                _mm256_storeu_pd(to.add(k).cast(), low[k]);
+                _mm256_storeu_pd(to.add(4 + k).cast(), high[k]);
+            }
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_kept(self, keep: u32, to: *mut f64) {
+        unsafe {
+            let (low, high) = (keep & 15, keep >> 4);
+            let places = _mm256_loadu_si256(HALVES[low as usize].as_ptr().cast());
+            let first = _mm256_permutevar8x32_epi32(_mm256_castpd_si256(self.0), places);
+            let places = _mm256_loadu_si256(HALVES[high as usize].as_ptr().cast());
+            let second = _mm256_permutevar8x32_epi32(_mm256_castpd_si256(self.1), places);
+            // The second half goes where the first ends.
+            _mm256_storeu_pd(to, _mm256_castsi256_pd(first));
+            let to = to.add(low.count_ones() as usize);
+            _mm256_storeu_pd(to, _mm256_castsi256_pd(second));
+        }
+    }
+}
+
+impl Wide for Avx2 {
+    type Arithmetic = Fused;
+    type Single = Single;
+    #[inline(always)]
+    fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
+        kept(numbers, keep)
+    }
+}
+
+/// Four by four numbers within each half of the registers.
+#[inline(always)]
+unsafe fn transposed(rows: [__m256; 4]) -> [__m256; 4] {
+    let [a, b, c, d] = rows;
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        let t0 = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+        let t1 = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
+        let t2 = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
+        let t3 = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
+        [
+            _mm256_castpd_ps(_mm256_unpacklo_pd(t0, t2)),
+            _mm256_castpd_ps(_mm256_unpackhi_pd(t0, t2)),
+            _mm256_castpd_ps(_mm256_unpacklo_pd(t1, t3)),
+            _mm256_castpd_ps(_mm256_unpackhi_pd(t1, t3)),
+        ]
+    }
+}
+
+/// The record of the first of some slots.
+#[inline(always)]
+pub(super) unsafe fn record(base: *const [f32; 4], slots: *const u32) -> __m128 {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe { _mm_loadu_ps(base.add(*slots as usize).cast()) }
+}
+
+/// The records of a slot and the fourth behind it.
+#[inline(always)]
+unsafe fn two(base: *const [f32; 4], slots: *const u32) -> __m256 {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        let low = _mm256_castps128_ps256(record(base, slots));
+        _mm256_insertf128_ps::<1>(low, record(base, slots.add(4)))
+    }
+}
+
+/// The four columns of eight records.
+#[inline(always)]
+unsafe fn eight(base: *const [f32; 4], slots: *const u32) -> [__m256; 4] {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        transposed([
+            two(base, slots),
+            two(base, slots.add(1)),
+            two(base, slots.add(2)),
+            two(base, slots.add(3)),
+        ])
+    }
+}
+
+/// The eight lanes whose bits are set, in front.
+#[inline(always)]
+unsafe fn in_front(numbers: __m256, keep: u32) -> __m256 {
+    // SAFETY: the machine has the instructions; 16 bytes are read.
+    unsafe {
+        let places = _mm_loadu_si128(KEPT[keep as usize].as_ptr().cast());
+        _mm256_permutevar8x32_ps(numbers, _mm256_cvtepu16_epi32(places))
+    }
+}
+
+#[allow(clippy::undocumented_unsafe_blocks)]
+impl Vector for Single {
+    type Number = f32;
+    const LANES: usize = 16;
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        let half = unsafe { _mm256_set1_ps(x) };
+        Self(half, half)
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f32) -> Self {
+        unsafe { Self(_mm256_loadu_ps(from), _mm256_loadu_ps(from.add(8))) }
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f32) {
+        unsafe {
+            _mm256_storeu_ps(to, self.0);
+            _mm256_storeu_ps(to.add(8), self.1);
+        }
+    }
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_add_ps(self.0, other.0),
+                _mm256_add_ps(self.1, other.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_sub_ps(self.0, other.0),
+                _mm256_sub_ps(self.1, other.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_mul_ps(self.0, other.0),
+                _mm256_mul_ps(self.1, other.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn less_product(self, a: Self, b: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_fnmadd_ps(a.0, b.0, self.0),
+                _mm256_fnmadd_ps(a.1, b.1, self.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        unsafe {
+            Self(
+                _mm256_fmadd_ps(a.0, b.0, self.0),
+                _mm256_fmadd_ps(a.1, b.1, self.1),
+            )
+        }
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        unsafe {
+            let low = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0));
+            let high = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.1, other.1));
+            (low | high << 8) as u32
+        }
+    }
+    #[inline(always)]
+    unsafe fn columns(base: *const [f32; 4], slots: *const u32) -> [Self; 4] {
+        unsafe {
+            let (low, high) = (eight(base, slots), eight(base, slots.add(8)));
+            [
+                Self(low[0], high[0]),
+                Self(low[1], high[1]),
+                Self(low[2], high[2]),
+                Self(low[3], high[3]),
+            ]
+        }
+    }
+    #[inline(always)]
+    unsafe fn records(columns: [Self; 4], to: *mut [f32; 4]) {
+        unsafe {
+            let [x, y, z, last] = columns;
+            let halves = [
+                transposed([x.0, y.0, z.0, last.0]),
+                transposed([x.1, y.1, z.1, last.1]),
+            ];
+            for (half, twos) in halves.into_iter().enumerate() {
+                for (k, two) in twos.into_iter().enumerate() {
+                    let to = to.add(8 * half + k);
+                    _mm_storeu_ps(to.cast(), _mm256_castps256_ps128(two));
+                    _mm_storeu_ps(to.add(4).cast(), _mm256_extractf128_ps::<1>(two));
+                }
+            }
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_kept(self, keep: u32, to: *mut f32) {
+        unsafe {
+            let (low, high) = (keep & 0xff, keep >> 8);
+            // The second half goes where the first ends.
+            _mm256_storeu_ps(to, in_front(self.0, low));
+            _mm256_storeu_ps(to.add(low.count_ones() as usize), in_front(self.1, high));
+        }
+    }
+}
+
+#[allow(clippy::undocumented_unsafe_blocks)]
+impl Turning for Single {
+    #[inline(always)]
+    fn turned_from(self, other: Self) -> Self {
+        unsafe {
+            let low = _mm256_sub_epi32(_mm256_castps_si256(self.0), _mm256_castps_si256(other.0));
+            let high = _mm256_sub_epi32(_mm256_castps_si256(self.1), _mm256_castps_si256(other.1));
+            Self(_mm256_cvtepi32_ps(low), _mm256_cvtepi32_ps(high))
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! AVX-512: one register of eight or sixteen lanes.
+
+use std::arch::x86_64::*;
+
+use super::avx2::{kept, record};
+use super::{LANES, Turning, Vector, Wide};
+use crate::random::{MULTIPLIER_0, MULTIPLIER_1, ROUNDS, WEYL_0, WEYL_1};
+use crate::real::Fused;
+
+/// Eight numbers.
+#[derive(Clone, Copy)]
+pub struct Avx512(__m512d);
+
+/// Sixteen numbers in single precision.
+#[derive(Clone, Copy)]
+pub struct Single(__m512);
+
+// SAFETY of all blocks below: the machine has the instructions, pointers are the caller's.
+#[allow(clippy::undocumented_unsafe_blocks)]
+impl Vector for Avx512 {
+    type Number = f64;
+    const LANES: usize = 8;
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        unsafe { Self(_mm512_set1_pd(x)) }
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f64) -> Self {
+        unsafe { Self(_mm512_loadu_pd(from)) }
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f64) {
+        unsafe { _mm512_storeu_pd(to, self.0) }
+    }
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        unsafe { Self(_mm512_add_pd(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        unsafe { Self(_mm512_sub_pd(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        unsafe { Self(_mm512_mul_pd(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn less_product(self, a: Self, b: Self) -> Self {
+        unsafe { Self(_mm512_fnmadd_pd(a.0, b.0, self.0)) }
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        unsafe { Self(_mm512_fmadd_pd(a.0, b.0, self.0)) }
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        unsafe { u32::from(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    unsafe fn columns(base: *const [f64; 4], slots: *const u32) -> [Self; 4] {
+        unsafe {
+            let at = |k: usize| _mm256_loadu_pd(base.add(*slots.add(k) as usize).cast());
+            let two =
+                |p: usize, q: usize| _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(at(p)), at(q));
+            // Paired so that the halves of the results come out in order.
+            let (a, b, c, d) = (two(0, 2), two(1, 3), two(4, 6), two(5, 7));
+            let (t0, t1) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+            let (t2, t3) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+            [
+                Self(_mm512_shuffle_f64x2::<0x88>(t0, t2)),
+                Self(_mm512_shuffle_f64x2::<0x88>(t1, t3)),
+                Self(_mm512_shuffle_f64x2::<0xDD>(t0, t2)),
+                Self(_mm512_shuffle_f64x2::<0xDD>(t1, t3)),
+            ]
+        }
+    }
+    #[inline(always)]
+    unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
+        unsafe {
+            let [x, y, z, last] = columns.map(|column| column.0);
+            // x0 y0 x2 y2 .. and z0 w0 z2 w2 ..; then the odd ones.
+            let (t0, t1) = (_mm512_unpacklo_pd(x, y), _mm512_unpackhi_pd(x, y));
+            let (u0, u1) = (_mm512_unpacklo_pd(z, last), _mm512_unpackhi_pd(z, last));
+            let low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+            let high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+            let pairs = [
+                _mm512_permutex2var_pd(t0, low, u0),
+                _mm512_permutex2var_pd(t1, low, u1),
+                _mm512_permutex2var_pd(t0, high, u0),
+                _mm512_permutex2var_pd(t1, high, u1),
+            ];
+            for (pair, first) in pairs.into_iter().zip([0, 1, 4, 5]) {
+                _mm256_storeu_pd(to.add(first).cast(), _mm512_castpd512_pd256(pair));
+                let second = _mm512_extractf64x4_pd::<1>(pair);
+                _mm256_storeu_pd(to.add(first + 2).cast(), second);
+            }
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_kept(self, keep: u32, to: *mut f64) {
+        unsafe { _mm512_storeu_pd(to, _mm512_maskz_compress_pd(keep as u8, self.0)) }
+    }
+}
+
+#[allow(clippy::undocumented_unsafe_blocks)]
+impl Wide for Avx512 {
+    type Arithmetic = Fused;
+    type Single = Single;
+    #[inline(always)]
+    fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
+        kept(numbers, keep)
+    }
+    /// The upper halves are brought down by shuffles: shifts would wait for the unit that multiplies.
+    #[inline(always)]
+    fn philox<const N: usize>(
+        counters: &[[u64; N]; 2],
+        tail: [u64; 2],
+        key: [u32; 2],
+        words: &mut [[u32; N]; 4],
+        count: usize,
+    ) {
+        for lane in (0..count.min(N - N % LANES)).step_by(LANES) {
+            unsafe {
+                let mut c0 = _mm512_loadu_si512(counters[0].as_ptr().add(lane).cast());
+                let mut c1 = _mm512_loadu_si512(counters[1].as_ptr().add(lane).cast());
+                let mut c2 = _mm512_set1_epi64(tail[0] as i64);
+                let mut c3 = _mm512_set1_epi64(tail[1] as i64);
+                let m0 = _mm512_set1_epi64(MULTIPLIER_0 as i64);
+                let m1 = _mm512_set1_epi64(MULTIPLIER_1 as i64);
+                let [mut k0, mut k1] = key;
+                for _ in 0..ROUNDS {
+                    let (p0, p1) = (_mm512_mul_epu32(c0, m0), _mm512_mul_epu32(c2, m1));
+                    let h0 = _mm512_shuffle_epi32::<0xF5>(p0);
+                    let h1 = _mm512_shuffle_epi32::<0xF5>(p1);
+                    let (s0, s1) = (_mm512_set1_epi64(k0.into()), _mm512_set1_epi64(k1.into()));
+                    c0 = _mm512_ternarylogic_epi64::<0x96>(h1, c1, s0);
+                    c2 = _mm512_ternarylogic_epi64::<0x96>(h0, c3, s1);
+                    (c1, c3) = (p1, p0);
+                    k0 = k0.wrapping_add(WEYL_0);
+                    k1 = k1.wrapping_add(WEYL_1);
+                }
+                for (words, drawn) in words.iter_mut().zip([c0, c1, c2, c3]) {
+                    let to = words.as_mut_ptr().add(lane).cast();
+                    _mm256_storeu_si256(to, _mm512_cvtepi64_epi32(drawn));
+                }
+            }
+        }
+    }
+    #[inline(always)]
+    fn repeated(numbers: &[u32; 2 * LANES]) -> u32 {
+        unsafe {
+            let all = _mm512_loadu_si512(numbers.as_ptr().cast());
+            let before = _mm512_conflict_epi32(all);
+            u32::from(_mm512_test_epi32_mask(before, before))
+        }
+    }
+}
+
+/// The records of every fourth slot, so that their columns come out in order.
+#[inline(always)]
+unsafe fn four(base: *const [f32; 4], slots: *const u32) -> __m512 {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        let all = _mm512_castps128_ps512(record(base, slots));
+        let all = _mm512_insertf32x4::<1>(all, record(base, slots.add(4)));
+        let all = _mm512_insertf32x4::<2>(all, record(base, slots.add(8)));
+        _mm512_insertf32x4::<3>(all, record(base, slots.add(12)))
+    }
+}
+
+/// Four by four numbers within each quarter of the registers.
+#[inline(always)]
+unsafe fn transposed(rows: [__m512; 4]) -> [__m512; 4] {
+    let [a, b, c, d] = rows;
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        let t0 = _mm512_castps_pd(_mm512_unpacklo_ps(a, b));
+        let t1 = _mm512_castps_pd(_mm512_unpackhi_ps(a, b));
+        let t2 = _mm512_castps_pd(_mm512_unpacklo_ps(c, d));
+        let t3 = _mm512_castps_pd(_mm512_unpackhi_ps(c, d));
+        [
+            _mm512_castpd_ps(_mm512_unpacklo_pd(t0, t2)),
+            _mm512_castpd_ps(_mm512_unpackhi_pd(t0, t2)),
+            _mm512_castpd_ps(_mm512_unpacklo_pd(t1, t3)),
+            _mm512_castpd_ps(_mm512_unpackhi_pd(t1, t3)),
+        ]
+    }
+}
+
+#[allow(clippy::undocumented_unsafe_blocks)]
+impl Vector for Single {
+    type Number = f32;
+    const LANES: usize = 16;
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        unsafe { Self(_mm512_set1_ps(x)) }
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f32) -> Self {
+        unsafe { Self(_mm512_loadu_ps(from)) }
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f32) {
+        unsafe { _mm512_storeu_ps(to, self.0) }
+    }
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        unsafe { Self(_mm512_add_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        unsafe { Self(_mm512_sub_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        unsafe { Self(_mm512_mul_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn less_product(self, a: Self, b: Self) -> Self {
+        unsafe { Self(_mm512_fnmadd_ps(a.0, b.0, self.0)) }
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        unsafe { Self(_mm512_fmadd_ps(a.0, b.0, self.0)) }
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        unsafe { u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    unsafe fn columns(base: *const [f32; 4], slots: *const u32) -> [Self; 4] {
+        unsafe {
+            let fours = [
+                four(base, slots),
+                four(base, slots.add(1)),
+                four(base, slots.add(2)),
+                four(base, slots.add(3)),
+            ];
+            let [x, y, z, last] = transposed(fours);
+            [Self(x), Self(y), Self(z), Self(last)]
+        }
+    }
+    #[inline(always)]
+    unsafe fn records(columns: [Self; 4], to: *mut [f32; 4]) {
+        unsafe {
+            let [x, y, z, last] = columns;
+            let fours = transposed([x.0, y.0, z.0, last.0]);
+            for (k, four) in fours.into_iter().enumerate() {
+                _mm_storeu_ps(to.add(k).cast(), _mm512_castps512_ps128(four));
+                _mm_storeu_ps(to.add(k + 4).cast(), _mm512_extractf32x4_ps::<1>(four));
+                _mm_storeu_ps(to.add(k + 8).cast(), _mm512_extractf32x4_ps::<2>(four));
+                _mm_storeu_ps(to.add(k + 12).cast(), _mm512_extractf32x4_ps::<3>(four));
+            }
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_kept(self, keep: u32, to: *mut f32) {
+        unsafe { _mm512_storeu_ps(to, _mm512_maskz_compress_ps(keep as u16, self.0)) }
+    }
+}
+
+#[allow(clippy::undocumented_unsafe_blocks)]
+impl Turning for Single {
+    #[inline(always)]
+    fn turned_from(self, other: Self) -> Self {
+        unsafe {
+            let (to, from) = (_mm512_castps_si512(self.0), _mm512_castps_si512(other.0));
+            Self(_mm512_cvtepi32_ps(_mm512_sub_epi32(to, from)))
+        }
+    }
+}

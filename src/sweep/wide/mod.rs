@@ -1,0 +1,334 @@
+//! The widest vector instructions this machine has, chosen at run time. No sum is reordered. AVX2 and
+//! AVX-512 give the same bits; without them products are rounded before they are added, so results
+//! differ in the last place.
+//!
+//! Most of a sweep is plain loops over small arrays, which the compiler turns into vector
+//! instructions by itself. What it does not find are the moves between records of particles and
+//! lanes of pairs: [`Vector`] names these few, eight lanes at a time in double and sixteen in single
+//! precision.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod portable;
+
+use std::sync::OnceLock;
+
+use crate::error::{Error, Result};
+use crate::random::philox4x32_lanes;
+use crate::real::Arithmetic;
+
+#[cfg(target_arch = "x86_64")]
+use avx2::Avx2;
+#[cfg(target_arch = "x86_64")]
+use avx512::Avx512;
+use portable::Portable;
+
+/// Lanes of a [`Wide`] value.
+pub const LANES: usize = 8;
+
+/// A piece of work whose `run` is inlined into a function compiled for wide vectors.
+pub trait Task {
+    /// What it returns.
+    type Output;
+    /// Does the work; implementations must be `#[inline(always)]`.
+    fn run<W: Wide>(self) -> Self::Output;
+}
+
+/// Numbers in a register or two, and how they get in and out of memory.
+///
+/// # Safety
+/// Pointers must be good for as many numbers, records or slots as there are lanes, `slots` lead to
+/// records behind `base`, and the machine must have the instructions.
+pub trait Vector: Copy {
+    /// What is in a lane.
+    type Number: Copy;
+    /// Number of lanes, a multiple of [`LANES`].
+    const LANES: usize;
+    /// All lanes alike.
+    fn splat(x: Self::Number) -> Self;
+    /// From numbers in a row.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn load(from: *const Self::Number) -> Self;
+    /// To numbers in a row.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn store(self, to: *mut Self::Number);
+    /// Lane by lane.
+    fn plus(self, other: Self) -> Self;
+    /// Lane by lane.
+    fn minus(self, other: Self) -> Self;
+    /// Lane by lane.
+    fn times(self, other: Self) -> Self;
+    /// self - a b.
+    fn less_product(self, a: Self, b: Self) -> Self;
+    /// self + a b.
+    fn plus_product(self, a: Self, b: Self) -> Self;
+    /// Bit k is set where lane k is below that of `other`.
+    fn below(self, other: Self) -> u32;
+    /// The four columns of the records of some slots.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn columns(base: *const [Self::Number; 4], slots: *const u32) -> [Self; 4];
+    /// The inverse: records in a row.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn records(columns: [Self; 4], to: *mut [Self::Number; 4]);
+    /// Stores the lanes whose bits are set one behind the other, and then anything: as many in all as
+    /// there are lanes.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn store_kept(self, keep: u32, to: *mut Self::Number);
+}
+
+/// Numbers that may as well be fractions of a turn, in units of 2^-32.
+pub trait Turning: Vector {
+    /// The shortest way from the angles `other` to these, as numbers.
+    fn turned_from(self, other: Self) -> Self;
+}
+
+/// Instructions, named by their eight numbers in double precision.
+pub trait Wide: Vector<Number = f64> {
+    /// Of plain numbers in the same loop.
+    type Arithmetic: Arithmetic;
+    /// Sixteen numbers in single precision.
+    type Single: Turning<Number = f32>;
+    /// Numbers of the lanes whose bits are set, one behind the other; then anything.
+    fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES];
+    /// Four words each for counters whose last two words are `tail`: Philox4x32-10. The number of
+    /// counters is a multiple of [`LANES`].
+    #[inline(always)]
+    fn philox<const N: usize>(
+        counters: &[[u64; N]; 2],
+        tail: [u64; 2],
+        key: [u32; 2],
+        words: &mut [[u32; N]; 4],
+        count: usize,
+    ) {
+        for lane in 0..count.min(N) {
+            let counter = [counters[0][lane], counters[1][lane], tail[0], tail[1]];
+            let drawn = philox4x32_lanes(counter, key);
+            for n in 0..4 {
+                words[n][lane] = drawn[n] as u32;
+            }
+        }
+    }
+    /// Bit k is set where number k is one of those before it.
+    #[inline(always)]
+    fn repeated(numbers: &[u32; 2 * LANES]) -> u32 {
+        const N: usize = 2 * LANES;
+        let mut padded = [u32::MAX; 2 * N]; // slots are below that
+        padded[N..].copy_from_slice(numbers);
+        let mut known = [0_u32; N];
+        for back in 1..N {
+            for n in 0..N {
+                known[n] |= u32::from(padded[N + n] == padded[N + n - back]);
+            }
+        }
+        (0..N).fold(0, |bits, n| bits | known[n] << n)
+    }
+}
+
+/// The lanes whose bits are set, in ascending order; then zeros.
+const KEPT: [[u16; LANES]; 256] = {
+    let mut table = [[0; LANES]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut at) = (0, 0);
+        while lane < LANES {
+            if mask >> lane & 1 == 1 {
+                table[mask][at] = lane as u16;
+                at += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// Numbers `first`, `first` + 1 .. of the lanes whose bits are set, one behind the other; then
+/// anything.
+#[inline(always)]
+pub(crate) fn kept_of_range(first: u16, keep: u8) -> [u16; LANES] {
+    KEPT[keep as usize].map(|lane| first.wrapping_add(lane))
+}
+
+/// Vector instructions that the loops are compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Instructions {
+    /// What every machine of the kind has.
+    Portable,
+    /// AVX2 with FMA, BMI2 and POPCNT.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// AVX-512 F, VL, DQ, BW, CD.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Instructions {
+    /// Their name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => "avx512",
+        }
+    }
+
+    /// The widest ones of this machine, or less where the environment asks for it:
+    /// `SDPD_INSTRUCTIONS` = portable, avx2 or avx512, read once. The widest, too, where it asks for
+    /// others: see `check`.
+    pub fn chosen() -> Self {
+        static CHOSEN: OnceLock<Instructions> = OnceLock::new();
+        *CHOSEN.get_or_init(|| {
+            let (wish, all) = (wish(), Self::available());
+            let wished = all.iter().find(|found| found.name() == wish);
+            *wished.unwrap_or(&all[0])
+        })
+    }
+
+    /// Objects to a wish for instructions that this machine has not.
+    pub fn check() -> Result<()> {
+        let (wish, all) = (wish(), Self::available());
+        let names: Vec<&str> = all.iter().map(|found| found.name()).collect();
+        if wish.is_empty() || names.contains(&wish.as_str()) {
+            return Ok(());
+        }
+        Err(Error::Invalid(format!(
+            "`SDPD_INSTRUCTIONS` in the environment must be one of {names:?} on this machine, got {wish:?}"
+        )))
+    }
+
+    /// Those of this machine, widest first.
+    pub fn available() -> Vec<Self> {
+        #[allow(unused_mut)]
+        let mut found = vec![Self::Portable];
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = std::is_x86_feature_detected!("avx2")
+                && std::is_x86_feature_detected!("fma")
+                && std::is_x86_feature_detected!("bmi2")
+                && std::is_x86_feature_detected!("popcnt");
+            let avx512 = std::is_x86_feature_detected!("avx512f")
+                && std::is_x86_feature_detected!("avx512vl")
+                && std::is_x86_feature_detected!("avx512dq")
+                && std::is_x86_feature_detected!("avx512bw")
+                && std::is_x86_feature_detected!("avx512cd");
+            if avx2 {
+                found.insert(0, Self::Avx2);
+            }
+            if avx2 && avx512 {
+                found.insert(0, Self::Avx512);
+            }
+        }
+        found
+    }
+}
+
+fn wish() -> String {
+    std::env::var("SDPD_INSTRUCTIONS").unwrap_or_default()
+}
+
+/// Runs a task with the widest instructions there are.
+#[inline]
+pub fn run_wide<T: Task>(task: T) -> T::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(
+            enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi2,popcnt"
+        )]
+        fn with_avx512<T: Task>(task: T) -> T::Output {
+            task.run::<Avx512>()
+        }
+        #[target_feature(enable = "avx2,fma,bmi2,popcnt")]
+        fn with_avx2<T: Task>(task: T) -> T::Output {
+            task.run::<Avx2>()
+        }
+        match Instructions::chosen() {
+            // SAFETY: the features were detected.
+            Instructions::Avx512 => return unsafe { with_avx512(task) },
+            // SAFETY: the features were detected.
+            Instructions::Avx2 => return unsafe { with_avx2(task) },
+            Instructions::Portable => {}
+        }
+    }
+    task.run::<Portable<f64, LANES>>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Moves;
+
+    impl Task for Moves {
+        type Output = Vec<f64>;
+        #[inline(always)]
+        fn run<W: Wide>(self) -> Vec<f64> {
+            let records: Vec<[f64; 4]> = (0..40)
+                .map(|k| std::array::from_fn(|a| f64::from(4 * k + a as i32)))
+                .collect();
+            let slots = [3_u16, 17, 39, 0, 5, 5, 21, 8];
+            let mut out = Vec::new();
+            let mut eight = [0.0; LANES];
+            // SAFETY: all slots are below 40, all targets hold eight.
+            unsafe {
+                let columns = W::columns(records.as_ptr(), &slots.map(u32::from));
+                for column in columns {
+                    column.store(eight.as_mut_ptr());
+                    out.extend(eight);
+                }
+                let mut back = [[9.0; 4]; LANES];
+                W::records(columns, back.as_mut_ptr());
+                out.extend(back.concat());
+                let limit = W::splat(40.0);
+                for keep in [columns[0].below(limit), 0, 255, 0b0110_1001, 1, 128] {
+                    let kept = W::kept(slots, keep);
+                    let range = kept_of_range(7, keep);
+                    columns[1].store_kept(keep, eight.as_mut_ptr());
+                    let lanes = (0..LANES).filter(|lane| keep >> lane & 1 == 1);
+                    for (k, lane) in lanes.enumerate() {
+                        assert_eq!(kept[k], slots[lane]);
+                        assert_eq!(range[k], 7 + lane as u16);
+                        assert_eq!(eight[k], records[slots[lane] as usize][1]);
+                    }
+                    out.push(f64::from(keep));
+                }
+                let numbers = [4, 1, 9, 4, 7, 7, 0, 2, 1, 3, 5, 6, 8, 10, 11, 7];
+                assert_eq!(W::repeated(&numbers), 0b1000_0001_0010_1000);
+                let two = W::load(out.as_ptr());
+                let sum = two.times(limit).plus(two).minus(limit);
+                // exact in these small integers, fused or not
+                let sum = sum.plus_product(two, limit).less_product(two, two);
+                sum.store(eight.as_mut_ptr());
+                out.extend(eight);
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn all_instructions_move_alike() {
+        let plain = Moves.run::<Portable<f64, LANES>>();
+        assert_eq!(plain[..3], [12.0, 68.0, 156.0]);
+        assert_eq!(plain[32..36], [12.0, 13.0, 14.0, 15.0]);
+        assert_eq!(run_wide(Moves), plain);
+        #[cfg(target_arch = "x86_64")]
+        if Instructions::available().contains(&Instructions::Avx2) {
+            // SAFETY: the features were detected.
+            assert_eq!(Moves.run::<Avx2>(), plain);
+        }
+        assert!(Instructions::available().contains(&Instructions::chosen()));
+    }
+}

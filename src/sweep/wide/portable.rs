@@ -1,0 +1,109 @@
+//! Without any particular instructions.
+
+use super::{KEPT, LANES, Turning, Vector, Wide};
+use crate::real::{Plain, Real};
+
+/// As many numbers.
+#[derive(Clone, Copy)]
+pub struct Portable<R, const N: usize>([R; N]);
+
+impl<R: Real, const N: usize> Portable<R, N> {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(R, R) -> R) -> Self {
+        Self(std::array::from_fn(|k| f(self.0[k], other.0[k])))
+    }
+}
+
+impl<R: Real, const N: usize> Vector for Portable<R, N> {
+    type Number = R;
+    const LANES: usize = N;
+    #[inline(always)]
+    fn splat(x: R) -> Self {
+        Self([x; N])
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const R) -> Self {
+        // SAFETY: promised by the caller.
+        Self(unsafe { from.cast::<[R; N]>().read_unaligned() })
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut R) {
+        // SAFETY: promised by the caller.
+        unsafe { to.cast::<[R; N]>().write_unaligned(self.0) }
+    }
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn less_product(self, a: Self, b: Self) -> Self {
+        self.minus(a.times(b))
+    }
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        self.plus(a.times(b))
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        (0..N).fold(0, |bits, k| bits | u32::from(self.0[k] < other.0[k]) << k)
+    }
+    #[inline(always)]
+    unsafe fn columns(base: *const [R; 4], slots: *const u32) -> [Self; 4] {
+        let mut columns = [Self([R::ZERO; N]); 4];
+        for k in 0..N {
+            // SAFETY: promised by the caller.
+            let record = unsafe { *base.add(*slots.add(k) as usize) };
+            for (column, number) in columns.iter_mut().zip(record) {
+                column.0[k] = number;
+            }
+        }
+        columns
+    }
+    #[inline(always)]
+    unsafe fn records(columns: [Self; 4], to: *mut [R; 4]) {
+        let [x, y, z, last] = columns.map(|column| column.0);
+        for k in 0..N {
+            // SAFETY: promised by the caller.
+            unsafe { *to.add(k) = [x[k], y[k], z[k], last[k]] };
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_kept(self, mut keep: u32, mut to: *mut R) {
+        for eight in self.0.chunks_exact(LANES) {
+            let byte = keep & 0xff;
+            // SAFETY: promised by the caller; what follows the last one kept is overwritten or free.
+            unsafe {
+                let kept = KEPT[byte as usize].map(|lane| eight[lane as usize]);
+                to.cast::<[R; LANES]>().write_unaligned(kept);
+                to = to.add(byte.count_ones() as usize);
+            }
+            keep >>= LANES;
+        }
+    }
+}
+
+impl<const N: usize> Turning for Portable<f32, N> {
+    #[inline(always)]
+    fn turned_from(self, other: Self) -> Self {
+        self.zip(other, |a, b| {
+            a.to_bits().wrapping_sub(b.to_bits()) as i32 as f32
+        })
+    }
+}
+
+impl Wide for Portable<f64, LANES> {
+    type Arithmetic = Plain;
+    type Single = Portable<f32, 16>;
+    #[inline(always)]
+    fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
+        KEPT[keep as usize].map(|lane| numbers[lane as usize])
+    }
+}
