@@ -105,9 +105,21 @@ mod tests {
             let slope = -(K::shape(q + step) - K::shape(q - step)) / (2.0 * step) / q;
             close(slope, K::slope(q), 2e-6 * (1.0 + K::slope(0.0)));
         }
-        assert!(K::slope(0.0).is_finite() && K::slope(0.0) > 0.0);
+        assert!(K::slope(0.0_f64).is_finite() && K::slope(0.0) > 0.0);
         assert_eq!((K::shape(1.0), K::slope(1.0)), (0.0, 0.0));
         assert_eq!((K::shape(1.7), K::slope(1.7)), (0.0, 0.0));
+        for k in 0..120 {
+            let q = 0.01 * f64::from(k);
+            let pairs = [
+                (K::w::<_, 3>(q), K::w::<_, 3>(q as f32)),
+                (K::f::<_, 2>(q), K::f::<_, 2>(q as f32)),
+                (K::root_f::<_, 3>(q), K::root_f::<_, 3>(q as f32)),
+            ];
+            for (wide, narrow) in pairs {
+                close(wide, narrow.double(), 2e-5);
+            }
+        }
+        assert_eq!((K::shape(1.0_f32), K::slope(1.0_f32)), (0.0, 0.0));
     }
 
     #[test]

@@ -517,7 +517,7 @@ mod tests {
             let mut noise = Matrix3::zeros();
             for k in 0..3 {
                 let terms =
-                    exchange.terms::<General, Plain>(0.7, inverse_r2.sqrt(), r, unit(k), true);
+                    exchange.terms::<General, Plain, f64>(0.7, inverse_r2.sqrt(), r, unit(k), true);
                 let ru = dot(r, unit(k));
                 for a in 0..3 {
                     decay[(a, k)] +=

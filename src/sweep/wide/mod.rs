@@ -269,60 +269,92 @@ pub fn run_wide<T: Task>(task: T) -> T::Output {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::real::Real;
+
+    /// Numbers that have been through every move.
+    #[inline(always)]
+    fn moved<V: Vector<Number = R>, R: Real>() -> Vec<R> {
+        let records: Vec<[R; 4]> = (0..40)
+            .map(|k| std::array::from_fn(|a| R::of(f64::from(4 * k + a as i32))))
+            .collect();
+        let slots = [3_u32, 17, 39, 0, 5, 5, 21, 8, 2, 31, 30, 1, 13, 38, 22, 7];
+        let mut out = Vec::new();
+        let mut lanes = vec![R::ZERO; V::LANES];
+        // SAFETY: all slots are below 40, all targets hold a vector.
+        unsafe {
+            let columns = V::columns(records.as_ptr(), slots.as_ptr());
+            for column in columns {
+                column.store(lanes.as_mut_ptr());
+                out.extend(&lanes);
+            }
+            let mut back = vec![[R::of(9.0); 4]; V::LANES];
+            V::records(columns, back.as_mut_ptr());
+            out.extend(back.concat());
+            let all = (1 << V::LANES) - 1;
+            let limit = V::splat(R::of(40.0));
+            let below = columns[0].below(limit);
+            for keep in [below, 0, all, 0b0101_1010_0110_1001 & all, 1, 128] {
+                columns[1].store_kept(keep, lanes.as_mut_ptr());
+                let kept = (0..V::LANES).filter(|lane| keep >> lane & 1 == 1);
+                for (k, lane) in kept.enumerate() {
+                    assert_eq!(lanes[k], records[slots[lane] as usize][1]);
+                }
+                out.push(R::of(f64::from(keep)));
+            }
+            let two = V::load(out.as_ptr());
+            let sum = two.times(limit).plus(two).minus(limit);
+            // exact in these small integers, fused or not
+            let sum = sum.plus_product(two, limit).less_product(two, two);
+            sum.store(lanes.as_mut_ptr());
+            out.extend(lanes);
+        }
+        out
+    }
+
+    fn counters() -> [[u64; 24]; 2] {
+        [1, 2].map(|n| std::array::from_fn(|k| (n * 77_777 + 1_234_567 * k as u64) & 0xffff_ffff))
+    }
 
     struct Moves;
 
     impl Task for Moves {
-        type Output = Vec<f64>;
+        type Output = (Vec<f64>, Vec<f32>, [[u32; 24]; 4]);
         #[inline(always)]
-        fn run<W: Wide>(self) -> Vec<f64> {
-            let records: Vec<[f64; 4]> = (0..40)
-                .map(|k| std::array::from_fn(|a| f64::from(4 * k + a as i32)))
-                .collect();
-            let slots = [3_u16, 17, 39, 0, 5, 5, 21, 8];
-            let mut out = Vec::new();
-            let mut eight = [0.0; LANES];
-            // SAFETY: all slots are below 40, all targets hold eight.
-            unsafe {
-                let columns = W::columns(records.as_ptr(), &slots.map(u32::from));
-                for column in columns {
-                    column.store(eight.as_mut_ptr());
-                    out.extend(eight);
+        fn run<W: Wide>(self) -> Self::Output {
+            let numbers = [3_u16, 17, 39, 0, 5, 5, 21, 8];
+            for keep in [0, 255, 0b0110_1001, 1, 128] {
+                let (kept, range) = (W::kept(numbers, keep), kept_of_range(7, keep));
+                let lanes = (0..LANES).filter(|lane| keep >> lane & 1 == 1);
+                for (k, lane) in lanes.enumerate() {
+                    assert_eq!(kept[k], numbers[lane]);
+                    assert_eq!(range[k], 7 + lane as u16);
                 }
-                let mut back = [[9.0; 4]; LANES];
-                W::records(columns, back.as_mut_ptr());
-                out.extend(back.concat());
-                let limit = W::splat(40.0);
-                for keep in [columns[0].below(limit), 0, 255, 0b0110_1001, 1, 128] {
-                    let kept = W::kept(slots, keep);
-                    let range = kept_of_range(7, keep);
-                    columns[1].store_kept(keep, eight.as_mut_ptr());
-                    let lanes = (0..LANES).filter(|lane| keep >> lane & 1 == 1);
-                    for (k, lane) in lanes.enumerate() {
-                        assert_eq!(kept[k], slots[lane]);
-                        assert_eq!(range[k], 7 + lane as u16);
-                        assert_eq!(eight[k], records[slots[lane] as usize][1]);
-                    }
-                    out.push(f64::from(keep));
-                }
-                let numbers = [4, 1, 9, 4, 7, 7, 0, 2, 1, 3, 5, 6, 8, 10, 11, 7];
-                assert_eq!(W::repeated(&numbers), 0b1000_0001_0010_1000);
-                let two = W::load(out.as_ptr());
-                let sum = two.times(limit).plus(two).minus(limit);
-                // exact in these small integers, fused or not
-                let sum = sum.plus_product(two, limit).less_product(two, two);
-                sum.store(eight.as_mut_ptr());
-                out.extend(eight);
             }
-            out
+            let numbers = [4, 1, 9, 4, 7, 7, 0, 2, 1, 3, 5, 6, 8, 10, 11, 7];
+            assert_eq!(W::repeated(&numbers), 0b1000_0001_0010_1000);
+            let mut turns = [0.0_f32; 16];
+            let here = W::Single::splat(f32::from_bits(5));
+            let there = W::Single::splat(f32::from_bits(u32::MAX - 6));
+            // SAFETY: sixteen lanes.
+            unsafe { here.turned_from(there).store(turns.as_mut_ptr()) };
+            assert_eq!(turns, [12.0; 16]);
+            let mut words = [[0; 24]; 4];
+            W::philox(&counters(), [9, 1 << 24], [7, 8], &mut words, 24);
+            (moved::<W, f64>(), moved::<W::Single, f32>(), words)
         }
     }
 
     #[test]
     fn all_instructions_move_alike() {
         let plain = Moves.run::<Portable<f64, LANES>>();
-        assert_eq!(plain[..3], [12.0, 68.0, 156.0]);
-        assert_eq!(plain[32..36], [12.0, 13.0, 14.0, 15.0]);
+        assert_eq!(plain.0[..3], [12.0, 68.0, 156.0]);
+        assert_eq!(plain.0[32..36], [12.0, 13.0, 14.0, 15.0]);
+        assert_eq!(plain.1[..3], [12.0, 68.0, 156.0]);
+        for lane in 0..24 {
+            let [low, high] = counters().map(|n| n[lane]);
+            let words = philox4x32_lanes([low, high, 9, 1 << 24], [7, 8]);
+            assert_eq!(plain.2.map(|n| u64::from(n[lane])), words);
+        }
         assert_eq!(run_wide(Moves), plain);
         #[cfg(target_arch = "x86_64")]
         if Instructions::available().contains(&Instructions::Avx2) {
