@@ -119,6 +119,10 @@ class Effects:
 
     Parameters
     ----------
+    auto : bool
+        None leaves it to the regime instead: of what fluid and walls offer, that is on whose
+        dimensionless number says that it matters (docs/guide/effects); `Scene.regime` tells the
+        reasons. ``effects="auto"`` of a scene is this alone.
     fluctuations : bool, optional
         Thermal noise. Derived: on where there is dissipation.
     dissipation : bool, optional
@@ -155,6 +159,7 @@ class Effects:
     conduction: bool | None = None
     variable_transport: bool | None = None
     central_friction: bool = False
+    auto: bool = False
 
     def __post_init__(self) -> None:
         for name in _OPTIONAL:
@@ -163,11 +168,14 @@ class Effects:
                 object.__setattr__(self, name, validation.boolean(f"effects.{name}", value))
         central = validation.boolean("effects.central_friction", self.central_friction)
         object.__setattr__(self, "central_friction", central)
+        object.__setattr__(self, "auto", validation.boolean("effects.auto", self.auto))
 
     def resolve(
         self, fluid: Fluid, dimension: int, body_force: BodyForce | None, *, heated: bool = False
     ) -> ActiveEffects:
-        """The effects that act; `heated`: heat passes a wall in a way of its own.
+        """The effects that act where none is left to the regime.
+
+        `heated`: heat passes a wall in a way of its own.
 
         Raises
         ------
