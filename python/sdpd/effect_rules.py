@@ -218,7 +218,7 @@ CRITERIA = (
     Criterion("energy", *_WALLS, 1e-3, lambda n, on: n.wall_difference),
     Criterion("energy", "heating by friction / T", "dT/T", 1e-3, lambda n, on: n.friction_heat),
     Criterion(
-        "energy", "heating by compression / T", "dT_c/T", 1e-3, lambda n, on: n.compression_heat
+        "energy", "heating by compression / T", "dT_c/T", 0.01, lambda n, on: n.compression_heat
     ),
     Criterion(
         "variable_transport",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from sdpd import validation
 from sdpd.box import AXES
@@ -304,6 +305,21 @@ class ActiveEffects:
     conduction: bool = False
     variable_transport: bool = False
     variable_heat_capacity: bool = False
+
+    def settings(self) -> Effects:
+        """Effects that set each of these, so that nothing is left to derive."""
+        thermal: dict[str, Any] = {
+            name: getattr(self, name) if self.energy else None for name in _THERMAL
+        }
+        return Effects(
+            fluctuations=self.fluctuations,
+            dissipation=self.dissipation,
+            bulk_viscosity=None if self.central_friction else self.bulk_viscosity,
+            body_force=self.body_force,
+            energy=self.energy,
+            central_friction=self.central_friction,
+            **thermal,
+        )
 
     @property
     def exchanges(self) -> str:

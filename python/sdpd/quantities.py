@@ -134,6 +134,11 @@ class SceneQuantities:
         return self.effects.resolve(self.fluid, self.dimension, self.body_force, heated=heated)
 
     @property
+    def settled_effects(self) -> Effects:
+        """`effects`, or where they are left to the regime what it says, each set."""
+        return self.active_effects.settings() if self.effects.auto else self.effects
+
+    @property
     def starts_thermal(self) -> bool:
         """Whether the initial velocities are Maxwellian."""
         choice, active = self.start.velocities, self.active_effects
