@@ -58,7 +58,11 @@ def plot(study: Study, figure: Any = None) -> Any:
     left.set_yticks(range(place), names, fontsize=7)
     left.invert_yaxis()
     left.axvline(0.0, color="0.3", linewidth=0.8)
-    left.set_xscale("symlog", linthresh=_floor(study))
+    floor = _floor(study)
+    left.set_xscale("symlog", linthresh=floor)
+    powers = [10.0**k for k in range(-3, 3) if 10.0**k > 2.0 * floor]
+    ticks = [*(-each for each in reversed(powers)), 0.0, *powers]
+    left.set_xticks(ticks, [f"{tick:g}" for tick in ticks], fontsize=8)
     left.set_xlabel("on - off, % of the larger; red: changed")
     y = np.arange(len(study.comparisons))
     for shift, side, colour in ((-0.2, "without", "0.7"), (0.2, "with_it", BLUE)):

@@ -8,6 +8,7 @@ from typing import Any
 
 from sdpd import validation
 from sdpd.effects import Effects
+from sdpd.equations_of_state import IdealGas
 from sdpd.errors import SdpdWarning
 from sdpd.integrators import Integrator, PairSplitting, of_scene
 from sdpd.scene import Scene
@@ -59,6 +60,14 @@ def _flipped(effects: Effects, name: str) -> Effects:
     return replace(effects, **changes, **{name: not getattr(effects, name)})
 
 
+def _sound(scene: Scene, name: str) -> float | None:
+    """Speed of sound of both sides: that of the scene, unless there is no choice."""
+    law = scene.fluid.equation_of_state
+    given = law.sound_speed is not None or "sound_speed" in law.unused
+    gas = isinstance(law, IdealGas) and name == "energy"  # with an energy it has its own
+    return scene.sound_speed if given or gas else scene.sound.speed
+
+
 def variants(scene: Scene, effects: tuple[str, ...]) -> tuple[list[Variant], dict[str, str]]:
     """The pairs of scenes to compare, and why there is none for the other effects.
 
@@ -76,7 +85,8 @@ def variants(scene: Scene, effects: tuple[str, ...]) -> tuple[list[Variant], dic
             validation.choice("effects", name, EFFECTS)
             own = bool(getattr(scene.active_effects, name))
             try:
-                other = scene.replace(effects=_flipped(fixed, name))
+                sound = _sound(scene, name)
+                other = scene.replace(effects=_flipped(fixed, name), sound_speed=sound)
                 kinds = (of_scene(scene), of_scene(other))
             except ValueError as error:
                 left_out[name] = str(error)
