@@ -125,7 +125,7 @@ def decide(scene: Scene) -> tuple[Decision, ...]:
     on: dict[str, bool] = {}
     found = []
     for effect in ORDER:
-        lack = missing(effect, scene, on)
+        lack = missing(effect, scene, numbers, on)
         verdict = _UNASKED if lack == NO_ENERGY else _verdict(effect, scene, numbers, on)
         wish = getattr(given, effect, None)
         active, origin = _derived(effect, scene), "derived"

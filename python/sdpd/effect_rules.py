@@ -20,7 +20,16 @@ from sdpd.wall_models import SymmetricImages
 if TYPE_CHECKING:
     from sdpd.scene import Scene
 
-__all__ = ["CRITERIA", "NO_ENERGY", "ORDER", "Criterion", "Numbers", "missing", "required"]
+__all__ = [
+    "CRITERIA",
+    "LEAST_CAPACITY",
+    "NO_ENERGY",
+    "ORDER",
+    "Criterion",
+    "Numbers",
+    "missing",
+    "required",
+]
 
 # Each effect knows what was decided on those before it.
 ORDER = (
@@ -34,6 +43,7 @@ ORDER = (
 )
 
 NO_ENERGY = "no energy"
+LEAST_CAPACITY = 1.0  # C/k_B of a particle, which a scene with an energy has to exceed
 
 
 class Numbers:
@@ -55,6 +65,11 @@ class Numbers:
     def speed(self) -> float | None:
         """V0 [length/time]."""
         return self._scene.flow_speed
+
+    @property
+    def capacity(self) -> float:
+        """C/k_B of a particle."""
+        return self._scene.heat_capacity_number
 
     @property
     def noise(self) -> float | None:
@@ -255,7 +270,7 @@ CRITERIA = (
 )
 
 
-def missing(effect: str, scene: Scene, on: On) -> str | None:
+def missing(effect: str, scene: Scene, numbers: Numbers, on: On) -> str | None:
     """What the effect needs and the scene has not; None if nothing."""
     fluid, given = scene.fluid, scene.effects
     viscous = fluid.shear_viscosity > 0.0 or fluid.bulk_viscosity > 0.0
@@ -269,6 +284,8 @@ def missing(effect: str, scene: Scene, on: On) -> str | None:
     if effect == "energy":
         if fluid.heat_capacity is None:
             return "the fluid has no heat capacity"
+        if given.auto and numbers.capacity <= LEAST_CAPACITY:
+            return "a particle has a heat capacity of k_B at most"
         plain = not scene.walls or scene.wall_model == SymmetricImages()
         return None if plain else "the model of the walls knows no heat"
     if not on["energy"]:

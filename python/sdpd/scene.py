@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from sdpd import kernels, running, validation
 from sdpd.box import AXES, Box
+from sdpd.effect_rules import LEAST_CAPACITY
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
 from sdpd.errors import PairingWarning, RegimeWarning, ResolutionWarning
 from sdpd.fluids import Fluid
@@ -327,7 +328,7 @@ class Scene(SceneQuantities):
         law = self.fluid.equation_of_state
         law.check_range(self.fluid.density, self.temperature_range)
         capacity = self.least_heat_capacity_number
-        if capacity <= 1.0:
+        if capacity <= LEAST_CAPACITY:
             raise ValueError(
                 "`fluid.heat_capacity` must be above k_B a particle, got "
                 f"{capacity:.3g} k_B: fewer and larger particles have more"

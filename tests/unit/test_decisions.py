@@ -251,6 +251,16 @@ def test_explicit_settings_win(effect, value):
     assert part.active_effects.energy and part.active_effects.conduction
 
 
+@pytest.mark.filterwarnings("ignore::sdpd.RegimeWarning")
+def test_particles_too_small_for_a_temperature_get_none():
+    small = air_channel(speed=250.0, width=1e-8)
+    assert small.heat_capacity_number < 1.0 and not small.active_effects.energy
+    reason = small.regime().decision("energy").reason
+    assert reason.endswith("but a particle has a heat capacity of k_B at most: energy off")
+    with pytest.raises(ValueError, match=r"`fluid.heat_capacity` must be above k_B a particle"):
+        air_channel(speed=250.0, width=1e-8, effects=sdpd.Effects(auto=True, energy=True))
+
+
 def test_negligible_wall_heat_is_left_out_but_never_ignored():
     slight = air_channel(hot=300.15)
     assert not slight.active_effects.energy
