@@ -47,38 +47,38 @@ def channel(fluid: sdpd.Fluid, width: float, speed: float, **changes: Any) -> sd
         return sdpd.Scene(**arguments)
 
 
-def decisions(fluid: sdpd.Fluid, widths: np.ndarray, speeds: np.ndarray) -> dict[str, np.ndarray]:
-    """Whether each effect is on, (speeds, widths)."""
-    found = {name: np.zeros((len(speeds), len(widths)), dtype=bool) for name in SHOWN}
+def distances(fluid: sdpd.Fluid, widths: np.ndarray, speeds: np.ndarray) -> dict[str, np.ndarray]:
+    """Logarithm of the number of each effect over its threshold, > 0 where it is on."""
+    found = {name: np.full((len(speeds), len(widths)), -1.0) for name in SHOWN}
     for row, speed in enumerate(speeds):
         for column, width in enumerate(widths):
-            active = channel(fluid, float(width), float(speed)).active_effects
+            regime = channel(fluid, float(width), float(speed)).regime()
             for name, table in found.items():
-                table[row, column] = getattr(active, name)
+                each = regime.decision(name)
+                if each.origin == "regime" and each.value and each.threshold:
+                    table[row, column] = np.log10(each.value / each.threshold)
     return found
 
 
 def draw_map(axes: Any, name: str, count: int) -> None:
-    """Lines across which an effect comes in, each at its side."""
+    """Lines across which an effect comes in, on its shaded side."""
     widths, speeds = np.logspace(*WIDTHS, count), np.logspace(*SPEEDS, count)
-    for effect, on in decisions(FLUIDS[name], widths, speeds).items():
+    for effect, distance in distances(FLUIDS[name], widths, speeds).items():
         colour, line = SHOWN[effect]
-        label = effect.replace("_", " ")
-        axes.plot([], [], color=colour, linestyle=line, label=label)
-        if on.all() or not on.any():
-            continue
-        axes.contour(widths, speeds, on.astype(float), [0.5], colors=colour, linestyles=line)
-        axes.contourf(widths, speeds, on.astype(float), [0.5, 1.5], colors=colour, alpha=0.12)
+        axes.plot([], [], color=colour, linestyle=line, label=effect.replace("_", " "))
+        if distance.min() < 0.0 < distance.max():
+            axes.contour(widths, speeds, distance, [0.0], colors=colour, linestyles=line)
+            axes.contourf(widths, speeds, distance, [0.0, 99.0], colors=colour, alpha=0.1)
     axes.set(xscale="log", yscale="log", xlabel="width [m]", title=f"{name} between plates")
 
 
 def nanochannel() -> sdpd.Scene:
-    """Water between plates 20 nm apart, one of which moves at 5 m/s; by the regime."""
+    """Water between plates 20 nm apart, one of which moves at 50 m/s; by the regime."""
     box = sdpd.Box((8e-9, 8e-9, 2e-8), periodic="xy")
     return sdpd.Scene(
         fluid=sdpd.fluids.water(bulk_viscosity=1.6e-3),
         box=box,
-        walls=sdpd.walls.slab(box, "z", upper_velocity=(5.0, 0.0, 0.0)),
+        walls=sdpd.walls.slab(box, "z", upper_velocity=(50.0, 0.0, 0.0)),
         resolution=sdpd.Resolution(particles=(8, 8, 20)),
         start=sdpd.RandomStart(),
         effects="auto",
@@ -137,7 +137,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     for axes, name in zip(panels, FLUIDS, strict=True):
         draw_map(axes, name, 5 if report.quick else 40)
     panels[0].set_ylabel("speed of the flow [m/s]")
-    panels[0].legend(loc="upper right", fontsize=7)
+    panels[1].legend(loc="center right", fontsize=7)
     report.figure(figure)
     study = effects_study.compare_effects(
         nanochannel(),

@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sdpd.effects import Effects, SinusoidalForce
@@ -58,7 +58,6 @@ class Numbers:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = _isothermal(scene) if scene.effects.auto else scene
-        self._automatic = scene.effects.auto
         self.dissipation = self._scene.active_effects.dissipation
 
     @property
@@ -146,18 +145,18 @@ class Numbers:
         carried = fluid.density * capacity * speed * scene.flow_length
         return fluid.thermal_conductivity / carried if carried > 0.0 else math.inf
 
-    def bulk_stress(self, energy: bool) -> float | None:
-        """(zeta/eta) Ma^2: the stress of a flow that is nearly free of divergence."""
-        scene, fluid = self._scene, self._scene.fluid
+    @property
+    def bulk_stress(self) -> float | None:
+        """(zeta/eta) Ma^2, the stress of a flow that is nearly free of divergence.
+
+        Ma is that of the fluid where its speed of sound is known: the scene may have a softer one.
+        """
+        fluid = self._scene.fluid
         if self.speed is None:
             return None
         if fluid.shear_viscosity == 0.0:
             return math.inf
-        if self._automatic and energy:  # a gas with an energy has its own speed of sound
-            scene = copy.copy(scene)
-            active = replace(self._scene.active_effects, energy=True)
-            scene.__dict__["active_effects"] = active
-        mach = self.speed / scene.sound.speed
+        mach = self.speed / (fluid.sound_speed or self._scene.sound.speed)
         return fluid.bulk_viscosity / fluid.shear_viscosity * mach**2
 
     def sound_damping(self, noise: bool) -> float:
@@ -257,7 +256,7 @@ CRITERIA = (
         "bulk stress / shear stress",
         "(zeta/eta) Ma^2",
         0.01,
-        lambda n, on: n.bulk_stress(on["energy"]),
+        lambda n, on: n.bulk_stress,
     ),
     Criterion(
         "bulk_viscosity",

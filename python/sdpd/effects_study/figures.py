@@ -83,14 +83,14 @@ def plot(study: Study, figure: Any = None) -> Any:
 
 
 def _floor(study: Study) -> float:
-    """Where the axis of changes goes over from linear to logarithmic [%]: the median error."""
+    """Where the axis of changes goes over from linear to logarithmic [%]: a small error."""
     errors = [
         100.0 * change.difference.stderr / scale
         for each in study.comparisons
         for change in each.changes
         if (scale := max(abs(change.off.value), abs(change.on.value))) > 0.0
     ]
-    return max(_FLOOR, float(np.median(errors))) if errors else _FLOOR
+    return max(_FLOOR, float(np.percentile(errors, 20.0))) if errors else _FLOOR
 
 
 def write_figure(study: Study, folder: str | os.PathLike[str]) -> Path:
