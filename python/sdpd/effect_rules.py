@@ -11,6 +11,7 @@ import copy
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from sdpd.effects import Effects, SinusoidalForce
@@ -77,7 +78,7 @@ class Numbers:
             return None
         return self._scene.thermal_speed / self.speed if self.speed > 0.0 else math.inf
 
-    @property
+    @cached_property
     def wall_difference(self) -> float:
         """Largest difference between walls, or a wall, and the fluid, over T.
 

@@ -126,7 +126,11 @@ class Scene(SceneQuantities):
         expected = "an sdpd.LatticeStart or sdpd.RandomStart"
         validation.instance("start", self.start, (LatticeStart, RandomStart), expected)
         if isinstance(self.effects, str):
-            validation.choice("effects", self.effects, ("auto",))
+            if self.effects != "auto":
+                raise ValueError(
+                    "`effects` must be 'auto' or an sdpd.Effects (in a file a table), got "
+                    f"{self.effects!r}"
+                )
             object.__setattr__(self, "effects", Effects(auto=True))
         validation.instance("effects", self.effects, Effects, "an sdpd.Effects or 'auto'")
         if self.body_force is not None:

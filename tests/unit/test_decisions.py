@@ -346,7 +346,7 @@ def test_decisions_of_a_derived_scene_tell_what_acts():
 def test_forms_of_auto():
     assert water_box().effects == sdpd.Effects(auto=True)
     assert sdpd.Effects().auto is False
-    with pytest.raises(ValueError, match=r"`effects` must be one of 'auto', got 'automatic'"):
+    with pytest.raises(ValueError, match=r"`effects` must be 'auto' .*, got 'autom"):
         water_box(effects="automatic")
     with pytest.raises(TypeError, match=r"`effects.auto` must be True or False, got 1"):
         sdpd.Effects(auto=1)
@@ -364,7 +364,7 @@ def test_files(effects):
     assert ('effects = "auto"' in text) == (effects == "auto")
     assert ("auto = true" in text) == (effects == sdpd.Effects(auto=True, fluctuations=True))
     assert "auto = false" not in text
-    with pytest.raises(ValueError, match="`effects` must be one of 'auto', got 'all'"):
+    with pytest.raises(ValueError, match=r"`effects` must be 'auto' .*, got 'all'"):
         sdpd.Scene.from_toml('effects = "all"\n' + water_box(effects=sdpd.Effects()).to_toml()
                              .replace("[effects]\ncentral_friction = false\n", ""))  # fmt: skip
 
