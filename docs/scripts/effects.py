@@ -137,10 +137,11 @@ def main(argv: Sequence[str] | None = None) -> None:
     for axes, name in zip(panels, FLUIDS, strict=True):
         draw_map(axes, name, 5 if report.quick else 40)
     panels[0].set_ylabel("speed of the flow [m/s]")
-    panels[1].legend(loc="center right", fontsize=7)
+    panels[0].legend(loc="lower left", fontsize=7)
     report.figure(figure)
     study = effects_study.compare_effects(
         nanochannel(),
+        effects=("fluctuations", "energy", "viscous_heating"),
         steps=16 if report.quick else None,
         seeds=1 if report.quick else 4,
         quick=report.quick,

@@ -57,11 +57,15 @@ class Decision:
 
     @property
     def contradicts(self) -> bool:
-        """Whether what acts differs from what is called for, by ten times the threshold."""
+        """Whether what acts differs from what is called for, by ten times the threshold.
+
+        Of what the scene cannot have only a missing energy does.
+        """
         if self.value is None or self.threshold is None or self.called in (None, self.active):
             return False
         if self.called:
-            return self.value >= CLEAR * self.threshold
+            could = self.origin != "absent" or self.effect == "energy"
+            return could and self.value >= CLEAR * self.threshold
         return self.origin == "set" and self.value <= self.threshold / CLEAR
 
     def __str__(self) -> str:

@@ -82,14 +82,16 @@ class Numbers:
     def wall_difference(self) -> float:
         """Largest difference between walls, or a wall, and the fluid, over T.
 
-        Of a wall of given heat flux q: what drives q through the fluid, q L0/kappa.
+        Of a wall of given heat flux q: what drives q through the fluid, q L0/kappa, without
+        bound where the fluid does not conduct.
         """
         scene, fluid = self._scene, self._scene.fluid
         found = [0.0]
         for wall in scene.walls:
-            if isinstance(wall.heat, HeatFlux) and fluid.thermal_conductivity is not None:
-                driven = wall.heat.density * scene.flow_length / fluid.thermal_conductivity
-                found.append(driven / fluid.temperature)
+            if isinstance(wall.heat, HeatFlux) and wall.heat.density != 0.0:
+                resistance = scene.flow_length / (fluid.thermal_conductivity or math.nan)
+                driven = wall.heat.density * resistance / fluid.temperature
+                found.append(driven if math.isfinite(driven) else math.inf)
             elif isinstance(wall.heat, Isothermal) and wall.heat != Isothermal():
                 points = wall.points_on(scene.box, max(scene.box.lengths) / 20.0)
                 own = wall.heat.temperature_at(points, fluid.temperature)
@@ -126,7 +128,9 @@ class Numbers:
         """|n| dT/T for the larger exponent n of viscosity and conductivity."""
         fluid, differences = self._scene.fluid, self.differences
         exponent = max(abs(fluid.viscosity_exponent), abs(fluid.conductivity_exponent))
-        return None if differences is None else exponent * differences
+        if differences is None or exponent == 0.0:
+            return None if exponent else 0.0
+        return exponent * differences
 
     @property
     def heating_share(self) -> float | None:
@@ -155,8 +159,8 @@ class Numbers:
         fluid = self._scene.fluid
         if self.speed is None:
             return None
-        if fluid.shear_viscosity == 0.0:
-            return math.inf
+        if fluid.bulk_viscosity == 0.0 or fluid.shear_viscosity == 0.0:
+            return math.inf if fluid.bulk_viscosity > 0.0 else 0.0
         mach = self.speed / (fluid.sound_speed or self._scene.sound.speed)
         return fluid.bulk_viscosity / fluid.shear_viscosity * mach**2
 
@@ -275,12 +279,13 @@ def missing(effect: str, scene: Scene, numbers: Numbers, on: On) -> str | None:
     fluid, given = scene.fluid, scene.effects
     viscous = fluid.shear_viscosity > 0.0 or fluid.bulk_viscosity > 0.0
     friction = viscous and given.dissipation is not False
-    if effect == "fluctuations":
+    if effect == "bulk_viscosity" and friction:
+        some = fluid.bulk_viscosity > 0.0 or given.central_friction
+        return None if some else "the fluid has none"
+    if effect in ("fluctuations", "bulk_viscosity"):
         return None if friction else "no friction"
     if effect == "wall_heat":
         return None if scene.walls else "no walls"
-    if effect == "bulk_viscosity":
-        return None if friction and fluid.bulk_viscosity > 0.0 else "the fluid has none"
     if effect == "energy":
         if fluid.heat_capacity is None:
             return "the fluid has no heat capacity"
@@ -309,8 +314,11 @@ def required(effect: str, scene: Scene, on: On) -> str | None:
     if effect in ("wall_heat", "energy") and adiabatic:
         return "an adiabatic wall keeps what the flow heats"
     if effect == "energy":
-        thermal = (scene.effects.viscous_heating, scene.effects.conduction)
-        return "asked for by a part of it" if any(thermal) else None
+        given = scene.effects
+        parts = (given.viscous_heating, given.conduction, given.variable_transport)
+        return "asked for by a part of it" if any(parts) else None
+    if effect == "bulk_viscosity" and scene.effects.central_friction:
+        return "the central form of the friction has one"
     if effect == "viscous_heating":
         if on["variable_transport"]:
             return "coefficients that follow the temperature need it"

@@ -243,8 +243,35 @@ def test_explicit_settings_win(effect, value):
         assert decision.origin == "set" and decision.active is value
         assert decision.reason.endswith("as set")
     # and a part of energy brings it along
-    part = air_channel(speed=1.0, effects=sdpd.Effects(auto=True, conduction=True))
-    assert part.active_effects.energy and part.active_effects.conduction
+    for name in ("conduction", "viscous_heating", "variable_transport"):
+        part = air_channel(speed=1.0, effects=sdpd.Effects(auto=True, **{name: True}))
+        assert part.active_effects.energy and getattr(part.active_effects, name)
+
+
+def test_the_central_form_has_a_bulk_viscosity():
+    for auto in (True, False):
+        scene = reduced_scene(
+            velocity_scale=0.1, effects=sdpd.Effects(auto=auto, central_friction=True)
+        )
+        decision = scene.regime().decision("bulk_viscosity")
+        assert decision.active and scene.active_effects.bulk_viscosity
+        assert decision.reason == "the central form of the friction has one: bulk viscosity on"
+
+
+def test_a_fluid_without_friction_has_nothing_to_be_warned_of():
+    ideal = sdpd.Fluid(density=1.0, shear_viscosity=0.0, temperature=1.0, boltzmann_constant=1.0)
+    for effects in ("auto", sdpd.Effects()):
+        scene = reduced_scene(fluid=ideal, velocity_scale=0.1, effects=effects)
+        assert on(scene) == set()
+        assert "no friction" in scene.regime().decision("bulk_viscosity").reason
+
+
+def test_heat_into_a_fluid_that_cannot_conduct_is_not_ignored():
+    scene = air_channel(
+        fluid=AIR.replace(thermal_conductivity=None), heat=sdpd.HeatFlux(1e-3), speed=0.3
+    )
+    assert scene.active_effects.energy
+    assert scene.regime().decision("energy").value == np.inf
 
 
 @pytest.mark.filterwarnings("ignore::sdpd.RegimeWarning")
