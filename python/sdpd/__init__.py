@@ -17,6 +17,7 @@ from sdpd.effects import Effects, SinusoidalForce, UniformForce
 from sdpd.errors import (
     CheckpointError,
     PairingWarning,
+    RegimeWarning,
     ResolutionWarning,
     SdpdWarning,
     SimulationError,
@@ -85,6 +86,7 @@ __all__ = [
     "Profile",
     "RandomStart",
     "Regime",
+    "RegimeWarning",
     "Resolution",
     "ResolutionWarning",
     "Scene",
@@ -143,6 +145,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "conductivity": ("sdpd.conductivity", None),
     "correlations": ("sdpd.correlations", None),
     "diffusion": ("sdpd.diffusion", None),
+    "effects_study": ("sdpd.effects_study", None),
     "fields": ("sdpd.fields", None),
     "fluctuations": ("sdpd.fluctuations", None),
     "h5md": ("sdpd.h5md", None),

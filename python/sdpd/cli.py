@@ -420,7 +420,7 @@ def _reals(text: str) -> tuple[float, ...]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from sdpd import __version__
+    from sdpd import __version__, effects_command
 
     parser = argparse.ArgumentParser(
         prog="sdpd",
@@ -437,6 +437,7 @@ def _parser() -> argparse.ArgumentParser:
     _channel_options(commands)
     _nitrogen_options(commands)
     _bench_options(commands)
+    effects_command.add_to(commands)
     for name, run, text in (
         ("regime", _regime, "dimensionless numbers of a scene and what they mean"),
         ("cost", _cost, "memory, pairs and every bound on the time step of a scene"),

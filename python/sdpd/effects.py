@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from sdpd import validation
 from sdpd.box import AXES
@@ -119,6 +120,10 @@ class Effects:
 
     Parameters
     ----------
+    auto : bool
+        None leaves it to the regime instead: of what fluid and walls offer, that is on whose
+        dimensionless number says that it matters (docs/guide/effects); `Scene.regime` tells the
+        reasons. ``effects="auto"`` of a scene is this alone.
     fluctuations : bool, optional
         Thermal noise. Derived: on where there is dissipation.
     dissipation : bool, optional
@@ -155,6 +160,7 @@ class Effects:
     conduction: bool | None = None
     variable_transport: bool | None = None
     central_friction: bool = False
+    auto: bool = False
 
     def __post_init__(self) -> None:
         for name in _OPTIONAL:
@@ -163,11 +169,14 @@ class Effects:
                 object.__setattr__(self, name, validation.boolean(f"effects.{name}", value))
         central = validation.boolean("effects.central_friction", self.central_friction)
         object.__setattr__(self, "central_friction", central)
+        object.__setattr__(self, "auto", validation.boolean("effects.auto", self.auto))
 
     def resolve(
         self, fluid: Fluid, dimension: int, body_force: BodyForce | None, *, heated: bool = False
     ) -> ActiveEffects:
-        """The effects that act; `heated`: heat passes a wall in a way of its own.
+        """The effects that act where none is left to the regime.
+
+        `heated`: heat passes a wall in a way of its own.
 
         Raises
         ------
@@ -296,6 +305,21 @@ class ActiveEffects:
     conduction: bool = False
     variable_transport: bool = False
     variable_heat_capacity: bool = False
+
+    def settings(self) -> Effects:
+        """Effects that set each of these, so that nothing is left to derive."""
+        thermal: dict[str, Any] = {
+            name: getattr(self, name) if self.energy else None for name in _THERMAL
+        }
+        return Effects(
+            fluctuations=self.fluctuations,
+            dissipation=self.dissipation,
+            bulk_viscosity=None if self.central_friction else self.bulk_viscosity,
+            body_force=self.body_force,
+            energy=self.energy,
+            central_friction=self.central_friction,
+            **thermal,
+        )
 
     @property
     def exchanges(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 __all__ = [
     "CheckpointError",
     "PairingWarning",
+    "RegimeWarning",
     "ResolutionWarning",
     "SdpdWarning",
     "SimulationError",
@@ -45,6 +46,10 @@ class SdpdWarning(UserWarning):
 
 class PairingWarning(SdpdWarning):
     """The kernel, support and equation of state of a scene let particles clump in pairs."""
+
+
+class RegimeWarning(SdpdWarning):
+    """An effect of a scene is off, or on, against what its dimensionless numbers say clearly."""
 
 
 class ResolutionWarning(SdpdWarning):

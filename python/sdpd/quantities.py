@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from sdpd.resolution import Layout, Resolution
 from sdpd.sound import CompressedState, SoundSpeed, choose_sound_speed
 from sdpd.wall_heat import Isothermal
 from sdpd.walls import Wall
+
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
 
 __all__ = ["SceneQuantities"]
 
@@ -121,9 +125,18 @@ class SceneQuantities:
 
     @cached_property
     def active_effects(self) -> ActiveEffects:
-        """What acts, after derivation and overrides."""
+        """What acts, after derivation or the regime, and overrides."""
+        if self.effects.auto:
+            from sdpd.decisions import settle
+
+            return settle(cast("Scene", self))
         heated = any(wall.heat != Isothermal() for wall in self.walls)
         return self.effects.resolve(self.fluid, self.dimension, self.body_force, heated=heated)
+
+    @property
+    def settled_effects(self) -> Effects:
+        """`effects`, or where they are left to the regime what it says, each set."""
+        return self.active_effects.settings() if self.effects.auto else self.effects
 
     @property
     def starts_thermal(self) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from sdpd import timestep
+from sdpd.decisions import Decision, decide
 from sdpd.integrators import Integrator, of_scene
 from sdpd.units import table
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Regime", "RegimeRow", "regime"]
 
+_WHO = {"regime": "regime", "set": "you", "derived": "derived", "absent": "-"}
 _NO_FLOW = "no flow scale given: set velocity_scale"
 
 
@@ -45,6 +47,12 @@ class RegimeRow:
 class Regime:
     """The dimensionless numbers of a scene: printable, and a mapping from symbol to value.
 
+    Attributes
+    ----------
+    rows : tuple of RegimeRow
+    decisions : tuple of Decision
+        Of each effect whether the numbers call for it, whether it acts, and why.
+
     Examples
     --------
     >>> import sdpd
@@ -60,6 +68,21 @@ class Regime:
     """
 
     rows: tuple[RegimeRow, ...]
+    decisions: tuple[Decision, ...] = ()
+
+    def decision(self, effect: str) -> Decision:
+        """What is said on an effect, e.g. "energy".
+
+        Raises
+        ------
+        KeyError
+            If there is no such effect.
+        """
+        for each in self.decisions:
+            if each.effect == effect:
+                return each
+        known = ", ".join(each.effect for each in self.decisions)
+        raise KeyError(f"{effect!r}; there are {known}")
 
     def row(self, symbol: str) -> RegimeRow:
         """The row of a symbol.
@@ -99,7 +122,19 @@ class Regime:
             [row.name, row.symbol, "-" if row.value is None else f"{row.value:.4g}", row.meaning]
             for row in self.rows
         ]
-        return table(shown, header=["number", "symbol", "value", "here"])
+        effects = [
+            [
+                each.effect.replace("_", " "),
+                "on" if each.active else "off",
+                _WHO[each.origin],
+                each.reason,
+            ]
+            for each in self.decisions
+        ]
+        numbers = table(shown, header=["number", "symbol", "value", "here"])
+        if not effects:
+            return numbers
+        return f"{numbers}\n\n{table(effects, header=['effect', 'is', 'by', 'why'])}"
 
 
 def _graded(value: float, *grades: tuple[float, str], beyond: str) -> str:
@@ -315,4 +350,4 @@ def regime(scene: Scene, integrator: Integrator | str | None = None) -> Regime:
     """The dimensionless numbers of a scene; see `Scene.regime`."""
     rows: list[Any] = _flow_rows(scene) + _continuum_rows(scene)
     rows += _noise_rows(scene) + _friction_rows(scene, integrator)
-    return Regime(tuple(rows))
+    return Regime(tuple(rows), decide(scene))

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from sdpd import kernels, running, validation
 from sdpd.box import AXES, Box
+from sdpd.effect_rules import LEAST_CAPACITY
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
-from sdpd.errors import PairingWarning, ResolutionWarning
+from sdpd.errors import PairingWarning, RegimeWarning, ResolutionWarning
 from sdpd.fluids import Fluid
 from sdpd.initial import LatticeStart, RandomStart, Start
 from sdpd.quantities import SceneQuantities
@@ -54,8 +55,9 @@ class Scene(SceneQuantities):
     resolution : Resolution
     start : LatticeStart or RandomStart
         Initial state.
-    effects : Effects
-        Overrides of what is switched on.
+    effects : Effects or "auto"
+        Overrides of what is switched on; "auto" leaves it to the dimensionless numbers, as
+        ``Effects(auto=True)``.
     body_force : UniformForce or SinusoidalForce, optional
     sound_speed : float, optional
         c [length/time] to be used; by the rule of `Scene.sound` if None.
@@ -84,6 +86,9 @@ class Scene(SceneQuantities):
     -----
     PairingWarning
         If kernel, stiffness and equation of state let particles clump.
+    RegimeWarning
+        If an effect is off that the dimensionless numbers clearly call for (of noise: only where
+        the effects are "auto"), or, where they are, set on without being called for.
     ResolutionWarning
         If, on a lattice, the density is off by more than 5 % or the delivered viscosity is below
         0.8 of the asked one; if the wave of a sinusoidal force is shorter than two supports; if the
@@ -120,7 +125,14 @@ class Scene(SceneQuantities):
         validation.instance("resolution", self.resolution, Resolution, "an sdpd.Resolution")
         expected = "an sdpd.LatticeStart or sdpd.RandomStart"
         validation.instance("start", self.start, (LatticeStart, RandomStart), expected)
-        validation.instance("effects", self.effects, Effects, "an sdpd.Effects")
+        if isinstance(self.effects, str):
+            if self.effects != "auto":
+                raise ValueError(
+                    "`effects` must be 'auto' or an sdpd.Effects (in a file a table), got "
+                    f"{self.effects!r}"
+                )
+            object.__setattr__(self, "effects", Effects(auto=True))
+        validation.instance("effects", self.effects, Effects, "an sdpd.Effects or 'auto'")
         if self.body_force is not None:
             expected = "an sdpd.UniformForce or sdpd.SinusoidalForce"
             kinds = (UniformForce, SinusoidalForce)
@@ -142,6 +154,7 @@ class Scene(SceneQuantities):
         self._check_energy()
         self._check_factors()
         self._warn_of_pairing()
+        self._warn_of_regime()
 
     def _check_dimension(self) -> None:
         given, needed = self.fluid.dimension, self.box.dimension
@@ -319,7 +332,7 @@ class Scene(SceneQuantities):
         law = self.fluid.equation_of_state
         law.check_range(self.fluid.density, self.temperature_range)
         capacity = self.least_heat_capacity_number
-        if capacity <= 1.0:
+        if capacity <= LEAST_CAPACITY:
             raise ValueError(
                 "`fluid.heat_capacity` must be above k_B a particle, got "
                 f"{capacity:.3g} k_B: fewer and larger particles have more"
@@ -390,6 +403,12 @@ class Scene(SceneQuantities):
             PairingWarning,
             stacklevel=4,
         )
+
+    def _warn_of_regime(self) -> None:
+        from sdpd.decisions import contradictions
+
+        for text in contradictions(self):
+            warnings.warn(text, RegimeWarning, stacklevel=4)
 
     def core_arguments(self) -> dict[str, Any]:
         """Physics of the scene as keyword arguments of the compiled core.

@@ -28,7 +28,7 @@ def _particle_rows(scene: Scene) -> list[tuple[str, str]]:
         ("particles", f"{scene.n_particles}, spacing {spacing}, mass {mass}"),
         ("kernel", f"{kernel}, {scene.pairs_per_particle:.0f} pairs a particle"),
         ("start", repr(scene.start)),
-        ("effects", str(scene.active_effects)),
+        ("effects", f"{scene.active_effects}{' (by the regime)' if scene.effects.auto else ''}"),
     ]
 
 

@@ -108,6 +108,14 @@ def _name_of(value: object, table: dict[str, Any], where: str) -> str:
     )
 
 
+def _effects(effects: Effects) -> str | dict[str, Any]:
+    """Table of the effects, which names `auto` only where it is on; the word where it is alone."""
+    if effects == Effects(auto=True):
+        return "auto"
+    plain: dict[str, Any] = _plain(effects)
+    return plain if effects.auto else {k: v for k, v in plain.items() if k != "auto"}
+
+
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
     """The scene as plain tables, keys in the order of the file."""
     data: dict[str, Any] = {"format": FORMAT}
@@ -123,7 +131,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
     data["resolution"] = _plain(scene.resolution)
     kind = _name_of(scene.start, initial.STARTS, "start")
     data["start"] = {"kind": kind, **_plain(scene.start)}
-    data["effects"] = _plain(scene.effects)
+    data["effects"] = _effects(scene.effects)
     if scene.walls:
         data["walls"] = [
             {"kind": _name_of(wall, walls.KINDS, f"walls[{index}]"), **_wall(wall)}
@@ -241,7 +249,7 @@ def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
     arguments["resolution"] = build(Resolution, data["resolution"], "resolution")
     if "start" in data:
         arguments["start"] = _kind(data["start"], "start", initial.STARTS)
-    if "effects" in data:
+    if "effects" in data and not isinstance(data["effects"], str):
         arguments["effects"] = build(Effects, data["effects"], "effects")
     if "walls" in data:
         if not isinstance(data["walls"], list):

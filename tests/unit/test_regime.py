@@ -27,6 +27,11 @@ def scene(eta=20.0, **changes):
     return sdpd.Scene(**arguments)
 
 
+# These flows heat themselves and their fluid cannot: of that the scene warns.
+heats = pytest.mark.filterwarnings("ignore::sdpd.RegimeWarning")
+
+
+@heats
 def test_values():
     s = scene(velocity_scale=0.5, length_scale=6.0)
     r = s.regime()
@@ -66,6 +71,7 @@ def test_without_a_flow_it_says_so():
     assert "no flow scale given" in str(r)
 
 
+@heats
 @pytest.mark.parametrize(
     ("symbol", "changes", "words"),
     [

@@ -281,7 +281,7 @@ MESSAGES = [
     (
         lambda: reduced_scene(effects={}),
         TypeError,
-        "`effects` must be an sdpd.Effects, got {} of type dict",
+        "`effects` must be an sdpd.Effects or 'auto', got {} of type dict",
     ),
     (
         lambda: reduced_scene(body_force=(0, 0, 1)),

@@ -203,7 +203,7 @@ def equilibrium(
     _check(scene)
     blocks = validation.integer("n_blocks", n_blocks, minimum=2)
     sample = sample_scene(
-        scene.replace(effects=replace(scene.effects, energy=True)), particles=particles
+        scene.replace(effects=replace(scene.settled_effects, energy=True)), particles=particles
     )
     step = scene_step(sample, dt)
     moment = HeatMoment(sample, step, window)

@@ -103,7 +103,7 @@ def imposed_gradient(
     slab = scene.replace(
         box=box,
         resolution=Resolution(particles=sides, support=support, kernel=scene.resolution.kernel),
-        effects=replace(scene.effects, body_force=None),
+        effects=replace(scene.settled_effects, body_force=None),
         body_force=None,
         walls=(Plane(axis=axis, at=0.0, heat=cold), Plane(axis=axis, at=width, heat=hot)),
         velocity_scale=None,

@@ -129,7 +129,11 @@ def decay(scene: Scene, *, dt: float | str = "auto", steps: int = 40) -> Decay:
     sides = (max(16, least), *[max(least, 4)] * (d - 1))
     box = Box(tuple(side * spacing for side in sides))
     effects = replace(
-        scene.effects, energy=True, fluctuations=False, body_force=None, variable_transport=None
+        scene.settled_effects,
+        energy=True,
+        fluctuations=False,
+        body_force=None,
+        variable_transport=None,
     )
     still = scene.replace(
         box=box,

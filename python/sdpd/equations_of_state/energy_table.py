@@ -252,6 +252,13 @@ class EnergyTable(EquationOfState):
         parts = self._evaluate(np.array([float(density)]), np.array([float(temperature)]))
         return float(parts[5][0])
 
+    def expansion(self, fluid: Fluid) -> float:
+        """(dP/dT)/(rho dP/drho), which is alpha."""
+        step = 1e-4 * fluid.temperature
+        temperatures = fluid.temperature + step * np.array([-1.0, 0.0, 1.0])
+        pressure, _, _, slope, *_ = self._evaluate(np.full(3, fluid.density), temperatures)
+        return float((pressure[2] - pressure[0]) / (2.0 * step * fluid.density * slope[1]))
+
     def parameters(self, rho0: float, c: float) -> list[float]:
         """The isotherm, as a `Table`."""
         if self.temperature is None:

@@ -74,6 +74,10 @@ class EquationOfState:
         """c_v [energy/(mass temperature)], if the equation of state and not the fluid tells it."""
         return None
 
+    def expansion(self, fluid: Fluid) -> float:
+        """alpha = -(1/rho) drho/dT at constant pressure, of that fluid [1/temperature]."""
+        return fluid.thermal_expansion
+
     def check_range(self, density: float, temperatures: tuple[float, float]) -> None:
         """Refuse a fluid beyond the densities and temperatures that the law is made for.
 
@@ -230,6 +234,10 @@ class IdealGas(EquationOfState):
 
     def parameters(self, rho0: float, c: float) -> list[float]:
         return [c]
+
+    def expansion(self, fluid: Fluid) -> float:
+        """1/T."""
+        return 1.0 / fluid.temperature
 
     def caloric(
         self, fluid: Fluid, reference_density: float, sound_speed: float

@@ -87,7 +87,7 @@ def _lattice_scene(scene: Scene, edge: int) -> Scene:
             ),
             start=LatticeStart(velocities="zero"),
             effects=replace(
-                scene.effects,
+                scene.settled_effects,
                 fluctuations=False,
                 body_force=None,
                 energy=False,

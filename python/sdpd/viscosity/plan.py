@@ -175,7 +175,9 @@ def sample_scene(scene: Scene, *, particles: int | None = None) -> Scene:
             box=box,
             resolution=resolution,
             start=RandomStart(),
-            effects=replace(scene.effects, body_force=None, energy=scene.active_effects.energy),
+            effects=replace(
+                scene.settled_effects, body_force=None, energy=scene.active_effects.energy
+            ),
             body_force=None,
             walls=(),
             sound_speed=None if given else scene.sound.speed,

@@ -1,0 +1,47 @@
+"""The command ``sdpd effects``; beside its job, so that its options alone cost no import of it."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+__all__ = ["add_to"]
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the others."""
+    text = "a scene with each effect on and off: what it changes beside what it costs"
+    command = commands.add_parser("effects", help=text, description=text)
+    command.set_defaults(run=_run)
+    add = command.add_argument
+    add("scene", metavar="SCENE", help="a TOML file or a ready scene")
+    length = command.add_mutually_exclusive_group()
+    length.add_argument("--steps", type=int, help="of each run (default: seconds of work)")
+    length.add_argument("--time", type=float, help="simulated time of each run")
+    add("--seeds", type=int, help="runs of each side (default 4)")
+    add(
+        "--effects",
+        type=lambda text: tuple(text.split(",")),
+        metavar="NAME,NAME",
+        help="these alone, e.g. fluctuations,bulk_viscosity",
+    )
+    add("--threads", type=int, default=1, help="of each simulation (default 1)")
+    add("-o", "--output", metavar="DIR", help="write JSON, tables and figure there")
+    add("--quick", action="store_true", help="short runs, to try it")
+    add("--no-progress", action="store_true", help="no progress bar")
+
+
+def _run(options: argparse.Namespace) -> int:
+    from sdpd import cli, effects_study
+
+    given = {"seeds": options.seeds, "effects": options.effects}
+    study = effects_study.compare_effects(
+        cli._scene(options.scene),
+        steps=options.steps,
+        time=options.time,
+        quick=options.quick,
+        threads=options.threads,
+        progress=False if options.no_progress else None,
+        **{name: value for name, value in given.items() if value is not None},
+    )
+    return cli._shown(effects_study, study, options.output)
