@@ -8,8 +8,9 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from sdpd import discretization, fluids, kernels, timestep, walls
+from sdpd import compensation, discretization, fluids, kernels, timestep, walls
 from sdpd import equations_of_state as eos
+from sdpd.adaptive import AdaptiveStep
 from sdpd.box import Box
 from sdpd.cost import Cost
 from sdpd.discretization import DiscreteFactors
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 __version__: str
 
 __all__ = [
+    "AdaptiveStep",
     "Adiabatic",
     "BinAverage",
     "Box",
@@ -104,6 +106,7 @@ __all__ = [
     "WallForceProfile",
     "WallForces",
     "analysis",
+    "compensation",
     "discretization",
     "eos",
     "fields",

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import initial, integrators, running, timestep, validation, wall_motion
+from sdpd.adaptive import AdaptiveStep
 from sdpd.errors import CheckpointError, SdpdWarning
 from sdpd.scene import Scene
 
@@ -118,6 +119,7 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "integrator": {"name": sim.integrator.name, **vars(sim.integrator)},
         "accuracy": dict(sim._accuracy),
         "dt": sim.dt,
+        "adaptive": None if sim.adaptive is None else dict(vars(sim.adaptive)),
         "settings": _written(sim._settings),
         "clock": {name: state[name] for name in _CLOCK},
         "wall_force": [float(x) for x in state["wall_force"]],
@@ -262,6 +264,8 @@ class _Content:
             self.integrator = integrators.INTEGRATORS[choice.pop("name")](**choice)
             self.settings = _core_settings(self.header["settings"])
             self.dt = validation.positive("dt", self.header["dt"])
+            adaptive = self.header.get("adaptive")
+            self.adaptive = None if adaptive is None else AdaptiveStep(**adaptive)
             self.accuracy: dict[str, Any] = dict(self.header["accuracy"])
             self.machine: dict[str, Any] = dict(self.header["machine"])
             timestep.bounds(self.scene, self.integrator, **self.accuracy)
@@ -435,6 +439,7 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
             accuracy=content.accuracy,
             state=content.state,
             walls=content.walls,
+            adaptive=content.adaptive,
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise reader.fail(f"its state is not valid: {error}") from None
@@ -465,7 +470,7 @@ def restore(sim: Simulation, path: str | os.PathLike[str]) -> None:
                 "a new simulation of it"
             )
     try:
-        sim._set_state(content.state, content.dt, content.walls)
+        sim._set_state(content.state, content.dt, content.walls, content.adaptive)
     except (TypeError, ValueError, OverflowError) as error:
         raise reader.fail(f"its state is not valid: {error}") from None
     content.warn_of_other_bits()

@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdpd import failure, initial, integrators, running, timestep, validation, wall_motion
+from sdpd import (
+    compensation,
+    failure,
+    initial,
+    integrators,
+    running,
+    timestep,
+    validation,
+    wall_motion,
+)
+from sdpd.adaptive import AdaptiveStep
 from sdpd.cost import pairs_per_second
 from sdpd.errors import SimulationError, TimeStepWarning
 from sdpd.observers import LoopObserver, Observer, check_observers
@@ -43,8 +53,9 @@ class Simulation(Particles):
     scene : Scene
     integrator : PairSplitting, VelocityVerlet or their names, optional
         The exact pair splitting where fluctuations act, else velocity Verlet.
-    dt : float or "auto"
-        Time step [time]; "auto" takes the smallest of `Simulation.bounds`.
+    dt : float, "auto", "adaptive" or AdaptiveStep
+        Time step [time]; "auto" takes the smallest of `Simulation.bounds`, "adaptive" chooses it
+        anew every ten steps, as `AdaptiveStep` says.
     seed : int
         Key of all randomness, ``0 <= seed < 2**64``.
     threads : int, optional
@@ -100,7 +111,7 @@ class Simulation(Particles):
         scene: Scene,
         *,
         integrator: Integrator | str | None = None,
-        dt: float | str = "auto",
+        dt: float | str | AdaptiveStep = "auto",
         seed: int = 0,
         threads: int | None = None,
         skin: float | None = None,
@@ -125,7 +136,8 @@ class Simulation(Particles):
             "resolve_vacf": resolve_vacf,
         }
         self._bounds = tuple(timestep.bounds(scene, chosen, **self._accuracy))
-        self._dt = self._bounds[0].value if _is_auto(dt) else self._checked_dt(scene, chosen, dt)
+        self._adaptive = _adaptive(dt)
+        self._dt = self._started_dt(scene, chosen, dt)
         if positions is None:
             points = initial.positions(scene, seed, threads)
         else:
@@ -139,7 +151,7 @@ class Simulation(Particles):
             **scene.core_arguments(),
             "noise": noise,
             "integrator": chosen.name,
-            "iterations": chosen.iterations,
+            "iterations": chosen.passes,
             "dt": self._dt,
             "seed": seed,
             "skin": skin,
@@ -163,14 +175,25 @@ class Simulation(Particles):
         self._settings, self._threads, self._core = settings, threads, core
         self._walls = scene.walls
         self._attached: list[tuple[LoopObserver, int, float]] = []
+        self._compensated = 0.0  # the dt that the friction of the core is for
         self._runner: int | None = None
+
+    def _started_dt(self, scene: Scene, integrator: Integrator, dt: Any) -> float:
+        """A time step to begin with, from what the user may give."""
+        if self._adaptive is not None:
+            value = self._adaptive.largest or self._bounds[0].value
+        else:
+            value = self._bounds[0].value if _is_auto(dt) else self._checked_dt(scene, integrator, dt)
+        if integrator.compensate:
+            compensation.friction_scale(scene, value, sweeps=integrator.sweeps)
+        return value
 
     def _checked_dt(self, scene: Scene, integrator: Integrator, dt: Any) -> float:
         value = validation.positive("dt", dt)
         exceeded = timestep.check_time_step(scene, value, integrator, **self._accuracy)
         if exceeded:
             text = timestep.warning_text(value, exceeded)
-            warnings.warn(text, TimeStepWarning, stacklevel=3)
+            warnings.warn(text, TimeStepWarning, stacklevel=4)
         return value
 
     # --- what it is --------------------------------------------------------------------------
@@ -235,6 +258,8 @@ class Simulation(Particles):
     def dt(self) -> float:
         """Time step [time]; may be set between runs, with the same checks, but not in one.
 
+        An adaptive one shows what was chosen last.
+
         Raises
         ------
         RuntimeError
@@ -243,16 +268,23 @@ class Simulation(Particles):
         return self._dt
 
     @dt.setter
-    def dt(self, value: float | str) -> None:
+    def dt(self, value: float | str | AdaptiveStep) -> None:
         if self._runner is not None:
             raise RuntimeError(
                 "`dt` cannot be set while the simulation is running (nor in a callback): set it "
                 "between calls of run()"
             )
-        if _is_auto(value):
-            self._dt = self._bounds[0].value
-        else:
-            self._dt = self._checked_dt(self._scene, self._integrator, value)
+        before, self._adaptive = self._adaptive, _adaptive(value)
+        try:
+            self._dt = self._started_dt(self._scene, self._integrator, value)
+        except BaseException:
+            self._adaptive = before
+            raise
+
+    @property
+    def adaptive(self) -> AdaptiveStep | None:
+        """How the time step is chosen anew; None where it stays."""
+        return self._adaptive
 
     @property
     def dt_bound(self) -> str:
@@ -358,6 +390,7 @@ class Simulation(Particles):
         callback: Callable[[Simulation], object] | None = None,
         observe: Observer | Sequence[Observer] = (),
         progress: bool | None = None,
+        on_error: str | os.PathLike[str] = "raise",
     ) -> None:
         """Advance the simulation.
 
@@ -366,7 +399,8 @@ class Simulation(Particles):
         steps : int, optional
             Number of steps of `dt`. Exactly one of `steps` and `time`.
         time : float, optional
-            Time to simulate [time]: ceil(time/dt) equal steps, of dt or a little less.
+            Time to simulate [time]: ceil(time/dt) equal steps, of dt or a little less; where dt is
+            adaptive, the last steps are a little less.
         every : int
             Steps between calls of `callback` and samples of observers without their own `every`.
             All are due when `step` is a multiple of it.
@@ -376,12 +410,16 @@ class Simulation(Particles):
             `Thermodynamics`, `Correlator`, `h5md.Trajectory` or your own.
         progress : bool, optional
             Show a progress bar; None: on a terminal or in a notebook, after two seconds.
+        on_error : "raise", "checkpoint" or path object
+            What to do when the run blows up, besides raising: "checkpoint" writes the last good
+            state to ``sdpd-step-N.sdpd`` in the working directory, a path object names the file.
+            The error carries its name; `load` goes on from there.
 
         Raises
         ------
         SimulationError
-            If a value is no longer finite or a particle runs away. The arrays then show the last
-            good state.
+            If a value is no longer finite or a particle runs away, or an adaptive step would have
+            to be too small. The arrays then show the last good state.
         KeyboardInterrupt
             At Ctrl-C, after the steps under way (a fifth of a second or one step) are complete:
             the state is that of a whole step and `run` may be called again.
@@ -390,7 +428,8 @@ class Simulation(Particles):
         RuntimeError
             If it is running already.
         """
-        plan = running.plan_steps(steps, time, self._dt)
+        plan = running.plan_steps(steps, time, self._dt, adaptive=self._adaptive is not None)
+        on_error = failure.check_on_error(on_error)
         every = validation.integer("every", every, minimum=1, maximum=validation.LARGEST)
         if progress is not None:
             progress = validation.boolean("progress", progress)
@@ -407,6 +446,8 @@ class Simulation(Particles):
         self._runner = threading.get_ident()
         try:
             self._run(plan, every, callback, observers, progress)
+        except SimulationError as error:
+            raise failure.rescue(self, error, on_error) from None
         finally:
             self._runner = None
 
@@ -425,8 +466,8 @@ class Simulation(Particles):
         turns = [turn for _, turn in python] + ([every] if callback is not None else [])
         pairs = self.n_particles * self._scene.pairs_per_particle
         chunk = running.chunk_steps(pairs, pairs_per_second(self._scene, self._integrator))
-        left = plan.steps
         begun: list[Observer] = []
+        march = running.March(plan, self)
         with (
             running.Interruptions() as interruptions,
             RunProgress(plan.steps, self.n_particles, progress) as bar,
@@ -435,11 +476,10 @@ class Simulation(Particles):
                 for observer, turn in python:
                     begun.append(observer)
                     observer.begin(self, turn)
-                while left > 0:
+                while not march.is_over:
                     due = [running.steps_to_next(self.step, turn) for turn in turns]
-                    number = min([left, chunk, *due])
-                    self._advance(number, plan.dt)
-                    left -= number
+                    number, dt = march.next(min([chunk, *due]))
+                    self._advance(number, dt)
                     bar.update(number, self.time)
                     for observer, turn in python:
                         if self.step % turn == 0:
@@ -459,11 +499,32 @@ class Simulation(Particles):
     def _advance(self, steps: int, dt: float) -> None:
         for observer, _, _ in self._attached:
             observer.mark()
+        if self._integrator.compensate and dt != self._compensated:
+            self._compensate(dt)
         try:
             self._core.run(steps, dt)
         except SimulationError as error:
             self._detach(rewind=True)
             raise failure.describe(self, error, dt) from None
+
+    def _compensate(self, dt: float) -> None:
+        """Give the core the friction that delivers the viscosity at this step."""
+        scene, sweeps = self._scene, self._integrator.sweeps
+        if scene.active_effects.dissipation:
+            scale = compensation.friction_scale(scene, dt, sweeps=sweeps)
+            self._core.set_friction(scale * scene.friction_across, scale * scene.friction_along)
+        self._compensated = dt
+
+    def _choose_dt(self) -> None:
+        """A new time step, if it is adaptive and a choice is due; for `running.March`."""
+        chosen = self._adaptive
+        if chosen is None or self.step % chosen.every:
+            return
+        try:
+            self._dt = chosen.choose(self)
+        except ArithmeticError as error:
+            self._detach(rewind=True)
+            raise failure.describe(self, SimulationError(str(error)), self._dt) from None
 
     def _attach(self, observers: list[Observer], every: int, dt: float) -> None:
         """Attach the observers of the loop, or leave them if they are the same."""
@@ -489,7 +550,13 @@ class Simulation(Particles):
         if self._runner is not None:
             raise RuntimeError("the simulation is running; restore it before or after run()")
 
-    def _set_state(self, state: dict[str, Any], dt: float, walls: tuple[Wall, ...]) -> None:
+    def _set_state(
+        self,
+        state: dict[str, Any],
+        dt: float,
+        walls: tuple[Wall, ...],
+        adaptive: AdaptiveStep | None,
+    ) -> None:
         """Take over a checked state; for `checkpoint`."""
         self._refuse_restore()
         self._core.set_state(state)  # first: it refuses what is not valid, and walls need it
@@ -498,7 +565,7 @@ class Simulation(Particles):
             self._move_walls(walls)
             self._core.set_state(state)  # their motion has renewed the forces
         self._detach()
-        self._dt = dt
+        self._dt, self._adaptive = dt, adaptive
 
     # --- saving ------------------------------------------------------------------------------
 
@@ -627,21 +694,28 @@ def _restored(
     accuracy: dict[str, Any],
     state: dict[str, Any],
     walls: tuple[Wall, ...],
+    adaptive: AdaptiveStep | None,
 ) -> Simulation:
     """A simulation around a new core, with the state of a file; for `checkpoint`."""
     sim = Simulation.__new__(Simulation)
     sim._accuracy, sim._dt = accuracy, dt
     sim._bounds = tuple(timestep.bounds(scene, integrator, **accuracy))
     sim._adopt(scene, integrator, settings, threads, core)
-    sim._set_state(state, dt, walls)
+    sim._set_state(state, dt, walls, adaptive)
     return sim
 
 
 def _is_auto(dt: Any) -> bool:
     if isinstance(dt, str):
-        validation.choice("dt", dt, ("auto",))
+        validation.choice("dt", dt, ("auto", "adaptive"))
         return True
     return False
+
+
+def _adaptive(dt: Any) -> AdaptiveStep | None:
+    if isinstance(dt, AdaptiveStep):
+        return dt
+    return AdaptiveStep() if isinstance(dt, str) and dt == "adaptive" else None
 
 
 def _check_skin(core: Core, skin: float | None) -> None:
