@@ -26,6 +26,10 @@ __all__ = ["delivered_viscosity", "friction_scale"]
 LARGEST_SCALE = 2.0
 # The wave is so weak, and the sound so slow, that nothing but friction acts.
 _AMPLITUDE, _SOUND = 1e-4, 1e-2
+# The wave is watched while it falls to 1/e, but not longer than this.
+_STEPS = 64
+# Below this dt/tau less than 1e-4 is lost, and the wave would take many steps.
+_EXACT = 0.1
 # Edge of the lattice in supports, which is the length of the wave.
 _EDGE = {2: 6, 3: 4}
 
@@ -70,6 +74,8 @@ def delivered_viscosity(scene: Scene, dt: float, *, scale: float = 1.0, sweeps: 
     number = validation.integer("sweeps", sweeps, minimum=1, maximum=255)
     if not scene.active_effects.dissipation:
         raise ValueError("`scene` must have a viscosity, got one without friction")
+    if step < _EXACT * scene.friction_time:
+        return factor
     total = scene.friction_across + scene.friction_along
     return _delivered(
         scene.resolution.kernel,
@@ -135,7 +141,7 @@ def _delivered(
             skin=None,
             threads=1,
         )
-        steps = max(1, round(1.0 / (rate * dt)))
+        steps = min(max(1, round(1.0 / (rate * dt))), _STEPS)
         core.run(steps, dt)
         left = float(core.velocities[:, other] @ wave) / (_AMPLITUDE * float(wave @ wave))
         found.append(-math.log(left) / (steps * dt * rate))

@@ -183,7 +183,9 @@ class Simulation(Particles):
         if self._adaptive is not None:
             value = self._adaptive.largest or self._bounds[0].value
         else:
-            value = self._bounds[0].value if _is_auto(dt) else self._checked_dt(scene, integrator, dt)
+            value = (
+                self._bounds[0].value if _is_auto(dt) else self._checked_dt(scene, integrator, dt)
+            )
         if integrator.compensate:
             compensation.friction_scale(scene, value, sweeps=integrator.sweeps)
         return value

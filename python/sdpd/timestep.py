@@ -47,7 +47,7 @@ SPLITTING_LOSS = (
     (0.0, 0.5, 0.9, 1.3, 1.8, 2.6, 3.7, 5.2, 7.3, 11.0),
     (0.0, 0.0135, 0.043, 0.087, 0.163, 0.32, 0.58, 0.98, 1.52, 2.41),
 )
-# Up to this dt/tau a compensated fluid without order delivers its viscosity within 1 %
+# Up to this dt/tau a compensated fluid without order delivers its viscosity within 1.5 %
 # (docs/guide/hard_cases).
 COMPENSATED_RATIO = 10.0
 # The same for the conductivity and dt/tau_q, over that of the viscosity at dt/tau, at most.
@@ -197,7 +197,7 @@ def _splitting_friction(
     reason = f"the delivered viscosity falls above it (by {splitting_loss(scene, ratio):.1%} at it)"
     if integrator.compensate:
         ratio = COMPENSATED_RATIO
-        reason = "the delivered viscosity is compensated to 1 % up to it, on a lattice above it"
+        reason = "the compensated viscosity is right within 1.5 % up to it"
     elif not scene.active_effects.energy:
         reason += "; PairSplitting(compensate=True) or more of its `sweeps` give it back"
     sweeps = f"{integrator.sweeps} x " * (integrator.sweeps > 1)
