@@ -1,8 +1,7 @@
-"""A time step that follows the fluid: chosen anew from the fastest, the hardest pushed and the densest
-particle.
+"""A time step that follows the fluid: its fastest, hardest pushed and densest particle.
 
-The choice is made at steps whose number is a multiple of `every`, from the state at that step alone,
-and on a ladder of fixed ratios. So it depends neither on threads nor on how a run is cut, and a
+It is chosen at steps whose number is a multiple of `every`, from the state at that step alone, and
+on a ladder of fixed ratios. So it depends neither on threads nor on how a run is cut, and a
 checkpoint needs nothing but the present step to go on with the same bits.
 """
 
@@ -30,7 +29,7 @@ _REPLACED = ("acoustic accuracy", "acoustic stability", "thermal motion")
 
 @dataclass(frozen=True, kw_only=True)
 class AdaptiveStep:
-    """Choose the time step anew every few steps; give it to `Simulation` as `dt`.
+    r"""Choose the time step anew every few steps; give it to `Simulation` as `dt`.
 
     Parameters
     ----------
@@ -55,10 +54,11 @@ class AdaptiveStep:
     The smallest of the bounds of the scene that do not follow the motion (friction and conduction,
     times the least density of a particle where that is below its usual spread, body force), of
 
-    - :math:`0.25\\cdot2h/[s\\,(c+V)]`: c and s at the largest density (and temperature) of a particle,
-      V the speed of the fastest beyond six thermal speeds, at least the flow speed of the scene,
-    - :math:`0.6\\,\\Delta x/v_\\max`, which in equilibrium is a tenth of the spacing a step,
-    - :math:`0.25\\sqrt{h/a_\\max}` with the largest acceleration,
+    - :math:`0.25\cdot2h/[s\,(c+V)]`: c and s at the largest density (and temperature) of a
+      particle, V the speed of the fastest beyond six thermal speeds, at least the flow speed of
+      the scene,
+    - :math:`0.6\,\Delta x/v_\max`, which in equilibrium is a tenth of the spacing a step,
+    - :math:`0.25\sqrt{h/a_\max}` with the largest acceleration,
 
     and of `largest`, rounded down to ``largest * 2**(-n/4)``. A change costs one evaluation of the
     forces. What is written into the arrays counts from the next choice on.
@@ -143,7 +143,7 @@ class AdaptiveStep:
         limit = self.limits(sim)[0]
         if limit.value < most * self.smallest:
             raise ArithmeticError(
-                f"the time step must fall to {limit.value:.4g} by `{limit.name}` = {limit.formula}, "
+                f"dt must fall to {limit.value:.4g} by `{limit.name}` = {limit.formula}, "
                 f"below `smallest` = {self.smallest:g} of {most:.4g}"
             )
         rungs = math.ceil(math.log(min(1.0, limit.value / most), RUNG) - 1e-9)

@@ -98,7 +98,7 @@ def _delivered(
     scale: float,
     sweeps: int,
 ) -> float:
-    """Mean decay rate of shear waves, over the lattice sum, at dt = `ratio` tau; m = dx = a + b = 1."""
+    """Decay rate of shear waves over the lattice sum at dt = `ratio` tau; m = dx = a + b = 1."""
     from sdpd import _core
 
     edge = math.ceil(_EDGE[dimension] * support)
@@ -180,7 +180,7 @@ def friction_scale(scene: Scene, dt: float, *, sweeps: int = 1) -> float:
             raise ValueError(
                 f"`compensate` must be False at dt = {dt:.4g} = {dt / scene.friction_time:.3g} tau "
                 f"in {sweeps} sweep{'s' * (sweeps > 1)} a half step, which deliver "
-                f"{delivered:.3g} of the viscosity and less than all of it with twice the friction; "
+                f"{delivered:.3g} of the viscosity, and less than all with twice the friction; "
                 "lower dt or raise `sweeps` of PairSplitting"
             )
         low, high = 1.0, LARGEST_SCALE

@@ -75,7 +75,7 @@ def describe(sim: Simulation, error: SimulationError, dt: float) -> SimulationEr
 
 
 def check_on_error(value: Any) -> str | Path:
-    """ "raise", "checkpoint" or the path of a file.
+    """What to do at an error: "raise", "checkpoint" or the path of a file.
 
     Raises
     ------

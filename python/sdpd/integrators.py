@@ -186,8 +186,8 @@ def resolve(
         )
     if energy and (chosen.compensate or chosen.sweeps > 1):
         raise ValueError(
-            "`integrator` must be without `compensate` and with one of `sweeps` where the fluid has "
-            f"an energy, got {chosen!r}; take a smaller dt"
+            "`integrator` must be without `compensate` and with one of `sweeps` where the fluid "
+            f"has an energy, got {chosen!r}; take a smaller dt"
         )
     return chosen
 

@@ -65,10 +65,8 @@ def test_the_limits_follow_speed_push_and_density():
     crowd.refresh()
     assert crowd.densities.max() > 2.0
     dense = {bound.name: bound.value for bound in crowd.adaptive.limits(crowd)}
-    assert (
-        dense["sound and flow"]
-        < 0.5 * dict((b.name, b.value) for b in crowd.bounds)["acoustic accuracy"]
-    )
+    at_rest = {bound.name: bound.value for bound in crowd.bounds}["acoustic accuracy"]
+    assert dense["sound and flow"] < 0.5 * at_rest
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
