@@ -66,7 +66,7 @@ class Simulation(Particles):
         from the scene, if None.
     positions, velocities : array_like, shape (N, D), optional
         Initial state [length], [length/time] instead of that of ``scene.start``. Positions are
-        wrapped into the box.
+        wrapped into the box, and refused where they crowd to 30 times the density of the fluid.
     temperatures : float or array_like, shape (N,), optional
         Of the particles of a fluid with an energy [temperature]; that of the fluid if None.
     temperature_error, resolve_vacf
@@ -159,6 +159,8 @@ class Simulation(Particles):
         settings = integrators.with_integrator(settings, chosen)
         heat = initial.temperatures(scene, temperatures)
         core = _new_core(points, speeds, settings, threads, heat)
+        if positions is not None:
+            initial.check_crowding(scene, core.densities)
         _check_skin(core, skin)
         self._adopt(scene, chosen, settings, threads, core)
 
