@@ -8,6 +8,7 @@ leaves the old file whole; reading checks everything before anything is changed.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import io
 import json
@@ -201,7 +202,7 @@ class _Reader:
         if _HEADER not in archive.namelist():
             raise self.fail("it is an archive, but not a checkpoint of sdpd (no header)")
         try:
-            header = json.loads(archive.read(_HEADER))
+            header = json.loads(self.member(archive, _HEADER))
         except ValueError as error:
             raise self.fail(f"its header is not readable ({error})") from None
         if not isinstance(header, dict) or header.get("format") != FORMAT:
@@ -215,6 +216,27 @@ class _Reader:
             )
         return header
 
+    def member(self, archive: zipfile.ZipFile, name: str) -> bytes:
+        """A member as it lies in the file: what is packed may unpack to any size."""
+        info = archive.getinfo(name)
+        if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
+            raise self.fail(f"its part {name!r} is compressed, which sdpd never writes")
+        return archive.read(info)
+
+    def check_size(self, name: str, content: bytes) -> None:
+        """An array must be as large as it says, before memory is asked for."""
+        file = io.BytesIO(content)
+        readers = {(1, 0): np.lib.format.read_array_header_1_0}
+        version = np.lib.format.read_magic(file)
+        if version not in readers:
+            raise self.fail(f"its array {name!r} is of the unknown format {version}")
+        shape, _, kind = readers[version](file)
+        rest = len(content) - file.tell()
+        if math.prod(shape) * kind.itemsize != rest:
+            raise self.fail(
+                f"its array {name!r} has {rest} bytes, but says that it has shape {shape} of {kind}"
+            )
+
     def read(self) -> tuple[dict[str, Any], Blobs]:
         """Header and arrays, complete and unaltered."""
         try:
@@ -226,6 +248,10 @@ class _Reader:
             raise self.fail(f"it is damaged, truncated or not a checkpoint ({error})") from None
         except (EOFError, zlib.error, NotImplementedError, RuntimeError) as error:
             raise self.fail(f"it is damaged ({error})") from None
+        except OSError as error:
+            if error.errno != errno.EINVAL:  # a place before its beginning
+                raise
+            raise self.fail("it is damaged (its parts are not where it says)") from None
         if header.get("digest") != _digest(header, arrays):
             raise self.fail("it was altered after it was written (its digest differs)")
         return header, arrays
@@ -233,7 +259,8 @@ class _Reader:
     def array(self, archive: zipfile.ZipFile, name: str, header: dict[str, Any]) -> NDArray[Any]:
         kind, columns = _arrays(True)[name]
         try:
-            content = archive.read(f"{name}.npy")
+            content = self.member(archive, f"{name}.npy")
+            self.check_size(name, content)
             array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
         except KeyError:
             raise self.fail(f"its array {name!r} is missing") from None
@@ -281,7 +308,7 @@ class _Content:
             )
         except KeyError as error:
             raise reader.fail(f"its header lacks {error} or has an unknown one") from None
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise reader.fail(f"its header is not valid: {error}") from None
         self.state.update({name: array.tobytes() for name, array in self.arrays.items()})
         self._check_settings()

@@ -46,7 +46,8 @@ def likely_cause(sim: Simulation, dt: float) -> str:
             f"so that particles are pushed apart violently; {within}, but begin with a smaller one "
             "or with a relaxed start"
         )
-    speed = float(np.sqrt((sim.velocities**2).sum(axis=1).max()))
+    with np.errstate(over="ignore"):
+        speed = float(np.sqrt((sim.velocities**2).sum(axis=1).max()))
     typical = max(scene.thermal_speed if scene.starts_thermal else 0.0, scene.sound.speed / 10.0)
     if speed > FAST * typical:
         return (

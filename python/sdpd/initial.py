@@ -328,10 +328,11 @@ def check_crowding(scene: Scene, densities: Array) -> None:
     ratio = float(densities[worst]) / scene.fluid.density
     if ratio > LARGEST_CROWDING:
         raise ValueError(
-            f"`positions` must keep the density below {LARGEST_CROWDING:g} times that of the fluid, "
-            f"got {ratio:.4g} times at particle {worst}: the support is the same everywhere, so that "
-            f"particle has some {ratio * 2.0 * scene.pairs_per_particle:.0f} partners while thin "
-            "regions have none; large density ratios need a support that varies, which there is not"
+            f"`positions` must keep the density below {LARGEST_CROWDING:g} times that of the "
+            f"fluid, got {ratio:.4g} times at particle {worst}: the support is the same everywhere, "
+            f"so that it has {ratio * 2.0 * scene.pairs_per_particle:.0f} partners there and "
+            "none in thin regions; large density ratios need a support that varies, which there is "
+            "not"
         )
 
 

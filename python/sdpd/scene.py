@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from sdpd import kernels, running, validation
+from sdpd import kernels, running, timestep, validation
 from sdpd.box import AXES, Box
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
 from sdpd.errors import PairingWarning, ResolutionWarning
@@ -40,6 +40,13 @@ _CURVATURE = 0.2  # h/R, warned of beyond
 _LEAST_CAPACITY = 4.0  # C/k_B of a particle, warned of below
 _FIELD = 9  # place of the number of its field among the numbers of a wall of any shape
 _WELL_RESOLVED = 6.0  # h/dx from which all factors are 1 to a few per mille
+
+
+def _beyond_double_precision(what: str) -> ValueError:
+    return ValueError(
+        "`fluid`, `box` and `resolution` must give scales within double precision, got "
+        f"{what}; choose other units"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,6 +139,13 @@ class Scene(SceneQuantities):
         speed = validation.optional_non_negative("velocity_scale", self.velocity_scale)
         object.__setattr__(self, "velocity_scale", speed)
         object.__setattr__(self, "calibrate", validation.boolean("calibrate", self.calibrate))
+        try:
+            self._check()
+        except (ZeroDivisionError, OverflowError):
+            raise _beyond_double_precision("one beyond that") from None
+
+    def _check(self) -> None:
+        """Whether the parts go together."""
         self._check_dimension()
         self._check_walls()
         self._check_supports()
@@ -141,6 +155,7 @@ class Scene(SceneQuantities):
         self._check_magnitudes()
         self._check_energy()
         self._check_factors()
+        self._check_time_step()
         self._warn_of_pairing()
 
     def _check_dimension(self) -> None:
@@ -287,29 +302,29 @@ class Scene(SceneQuantities):
 
     def _check_magnitudes(self) -> None:
         """Refuse scales that double precision cannot hold."""
-        try:
-            mass, energy = self.particle_mass, self.thermal_energy
-            scales = {
-                "mass of a particle m": mass,
-                "thermal energy k_B T": energy,
-                "k_B T/m": energy / mass,
-                "m k_B T": mass * energy,
-                "h^(D+2)": self.support_radius ** (self.dimension + 2),
-                "squared sound speed c^2": self.sound.speed**2,
-                "m c^2": mass * self.sound.speed**2,
-                "stiffness m c^2/(k_B T)": self.stiffness,
-            }
-            if self.active_effects.dissipation:
-                scales["friction time tau"] = self.friction_time
-                scales["self-diffusion k_B T tau/m"] = self.self_diffusion
-        except (ZeroDivisionError, OverflowError):
-            scales = {"one beyond that": 0.0}
+        mass, energy = self.particle_mass, self.thermal_energy
+        scales = {
+            "mass of a particle m": mass,
+            "thermal energy k_B T": energy,
+            "k_B T/m": energy / mass,
+            "m k_B T": mass * energy,
+            "h^(D+2)": self.support_radius ** (self.dimension + 2),
+            "squared sound speed c^2": self.sound.speed**2,
+            "m c^2": mass * self.sound.speed**2,
+            "stiffness m c^2/(k_B T)": self.stiffness,
+        }
+        if self.active_effects.dissipation:
+            scales["friction time tau"] = self.friction_time
+            scales["self-diffusion k_B T tau/m"] = self.self_diffusion
         for name, value in scales.items():
             if not sys.float_info.min <= value < math.inf:
-                raise ValueError(
-                    "`fluid`, `box` and `resolution` must give scales within double precision, "
-                    f"got {name} = {value:g}; choose other units"
-                )
+                raise _beyond_double_precision(f"{name} = {value:g}")
+
+    def _check_time_step(self) -> None:
+        """Every bound on the time step must be a number."""
+        for bound in timestep.bounds(self):
+            if not sys.float_info.min <= bound.value < math.inf:
+                raise _beyond_double_precision(f"{bound.formula} = {bound.value:g} ({bound.name})")
 
     def _check_energy(self) -> None:
         """Heat capacity, and whether heat can pass the walls as they say."""

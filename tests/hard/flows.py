@@ -102,7 +102,7 @@ FALL = 1e4  # of the energy of the vortex
 def _vortex(edge: int, reynolds: float) -> tuple[sdpd.Simulation, dict[str, np.ndarray]]:
     """Decay of a Taylor-Green vortex from a lattice: time times rate, energy, and the vortex' own.
 
-    With P = 0 at rest: pressure on a lattice would make the fluid a crystal, which resists the flow.
+    With P = 0 at rest: pressure would make the lattice a crystal, which resists the flow.
     """
     eta = edge / reynolds
     scene = sdpd.Scene(

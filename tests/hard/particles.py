@@ -276,7 +276,7 @@ def negative_pressure(full: bool) -> Found:
 
 @case("beyond_the_pairing_limit")
 def beyond_the_pairing_limit(full: bool) -> Found:
-    """X = 900 in 3D with P = c^2 rho: Lucy pairs (beyond X = 287) and says so, Wendland does not."""
+    """X = 900 in 3D with P = c^2 rho: Lucy (limit X = 287) pairs and says so, Wendland does not."""
     edge, steps = (12, 6000) if full else (8, 600)
     found = {}
     for kernel in ("lucy", "wendland_c2"):

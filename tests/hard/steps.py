@@ -63,7 +63,7 @@ def _decay_rate(scene: sdpd.Scene, ratio: float, **options: Any) -> float:
 
 
 def _viscous(ratio: float, full: bool, **cure: Any) -> Found:
-    edge, steps = (12, 2000) if full else (8, 60)
+    edge, steps = (12, 2000 if ratio < 50.0 else 500) if full else (8, 60)
     scene = _viscous_scene(ratio, edge)
     dt = ratio * scene.friction_time
     with warnings.catch_warnings(record=True) as caught:
