@@ -329,9 +329,9 @@ def check_crowding(scene: Scene, densities: Array) -> None:
     if ratio > LARGEST_CROWDING:
         raise ValueError(
             f"`positions` must keep the density below {LARGEST_CROWDING:g} times that of the "
-            f"fluid, got {ratio:.4g} times at particle {worst}: the support is the same everywhere, "
-            f"so that it has {ratio * 2.0 * scene.pairs_per_particle:.0f} partners there and "
-            "none in thin regions; large density ratios need a support that varies, which there is "
+            f"fluid, got {ratio:.4g} times at particle {worst}: the support is the same all over, "
+            f"so it has {ratio * 2.0 * scene.pairs_per_particle:.0f} partners there and none in "
+            "thin regions; large density ratios need a support that varies, which there is "
             "not"
         )
 

@@ -71,7 +71,7 @@ def light_particles(full: bool) -> Found:
 @case("small_heat_capacity")
 def small_heat_capacity(full: bool) -> Found:
     """C = 5, 2 and 1.2 k_B: <T> and Var T on the shell of constant energy; C = 1 is refused."""
-    steps = 40_000 if full else 1500
+    steps = 30_000 if full else 1200
     dimension, number = 2, 100
 
     def scene_of(capacity: float) -> sdpd.Scene:
@@ -117,7 +117,7 @@ def small_heat_capacity(full: bool) -> Found:
 @case("random_overlaps")
 def random_overlaps(full: bool) -> Found:
     """Independent uniform positions, nothing relaxed, in the stiffest law of the package."""
-    edge, steps = (20, 2000) if full else (9, 150)
+    edge, steps = (20, 1000) if full else (9, 150)
     scene = sdpd.Scene(
         fluid=plain_fluid(law=sdpd.eos.Tait()),
         box=sdpd.Box((float(edge),) * 3),
@@ -277,7 +277,7 @@ def negative_pressure(full: bool) -> Found:
 @case("beyond_the_pairing_limit")
 def beyond_the_pairing_limit(full: bool) -> Found:
     """X = 900 in 3D with P = c^2 rho: Lucy (limit X = 287) pairs and says so, Wendland does not."""
-    edge, steps = (12, 6000) if full else (8, 600)
+    edge, steps = (12, 2000) if full else (8, 400)
     found = {}
     for kernel in ("lucy", "wendland_c2"):
         scene = sdpd.Scene(

@@ -63,7 +63,7 @@ def _decay_rate(scene: sdpd.Scene, ratio: float, **options: Any) -> float:
 
 
 def _viscous(ratio: float, full: bool, **cure: Any) -> Found:
-    edge, steps = (12, 2000 if ratio < 50.0 else 500) if full else (8, 60)
+    edge, steps = (12, 1000 if ratio < 50.0 else 300) if full else (8, 60)
     scene = _viscous_scene(ratio, edge)
     dt = ratio * scene.friction_time
     with warnings.catch_warnings(record=True) as caught:
@@ -172,8 +172,8 @@ def ten_million_steps(full: bool) -> Found:
     steps = 10_000_000 if full else 20_000
     scene = sdpd.Scene(
         fluid=plain_fluid(5.0),
-        box=sdpd.Box((5.0, 5.0)),
-        resolution=sdpd.Resolution(spacing=1.0, support=2.2, kernel="lucy"),
+        box=sdpd.Box((4.0, 4.0)),
+        resolution=sdpd.Resolution(spacing=1.0, support=2.0, kernel="lucy"),
         sound_speed=5.0,
     )
     sim = simulation(scene)
@@ -201,7 +201,7 @@ def ten_million_steps(full: bool) -> Found:
     numbers["temperature_error"] = float(level.mean() - 1.0)
     numbers["temperature_error_stderr"] = float(level.std(ddof=1) / math.sqrt(blocks))
     numbers["dt_over_tau"] = sim.dt / scene.friction_time
-    return Found(25, steps, numbers)
+    return Found(16, steps, numbers)
 
 
 # --- from a nanometre to a metre --------------------------------------------------------------

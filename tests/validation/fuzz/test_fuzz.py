@@ -8,16 +8,16 @@ from typing import Any
 from tests.hard import fuzzing
 from tests.validation import record
 
-FILES = 50_000  # of each kind
+SCENES, CHECKPOINTS = 70_000, 30_000
 FOUND: dict[str, Any] = {}
 
 
 def test_scenes() -> None:
-    FOUND["scenes"] = fuzzing.fuzz_scenes(FILES)
+    FOUND["scenes"] = fuzzing.fuzz_scenes(SCENES)
 
 
 def test_checkpoints(tmp_path: Path) -> None:
-    FOUND["checkpoints"] = fuzzing.fuzz_checkpoints(FILES, tmp_path)
+    FOUND["checkpoints"] = fuzzing.fuzz_checkpoints(CHECKPOINTS, tmp_path)
 
 
 def test_the_record_is_written() -> None:
