@@ -120,7 +120,7 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 def _plot(report: Report) -> None:
     figure, (left, right) = subplots(2, width=7.6, height=3.1)
-    edge, ratios = (8, RATIOS[2:4]) if report.quick else (12, RATIOS)
+    edge, ratios = (8, RATIOS[3:4]) if report.quick else (12, RATIOS)
     exact = decay_rate(edge, 2.0 if report.quick else 0.25)
     for name, options, most, colour in WAYS:
         tried = [ratio for ratio in ratios if ratio <= most]

@@ -235,7 +235,7 @@ class Scene(SceneQuantities):
                 f"{least:.4g}: the density at it is off by more than a few per mille; lower the "
                 "spacing",
                 ResolutionWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
 
     def _check_wall_model(self) -> None:
@@ -297,7 +297,7 @@ class Scene(SceneQuantities):
                 f"{2.0 * support:.4g}: the kernel smears it out, so that the flow that answers has "
                 "neither the amplitude nor the viscosity of the continuum",
                 ResolutionWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
 
     def _check_magnitudes(self) -> None:
@@ -345,7 +345,7 @@ class Scene(SceneQuantities):
                 f"by {capacity**-0.5:.0%}, more than equations for particles with a temperature "
                 "stand for; take larger particles",
                 ResolutionWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
         for index, wall in enumerate(self.walls):
             own = isinstance(wall.heat, Isothermal) and wall.heat != Isothermal()
@@ -377,7 +377,7 @@ class Scene(SceneQuantities):
                 f"{self.resolution.support:g} has {' and '.join(found)} on a lattice, 1 being "
                 "right; use a larger support or another kernel",
                 ResolutionWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
 
     def _warn_of_pairing(self) -> None:
@@ -403,7 +403,7 @@ class Scene(SceneQuantities):
             f"X = m c^2/(k_B T) = {self.stiffness:.4g} is beyond its limit X = {limit:.4g} "
             f"({cause}); {cure}",
             PairingWarning,
-            stacklevel=4,
+            stacklevel=5,
         )
 
     def core_arguments(self) -> dict[str, Any]:
