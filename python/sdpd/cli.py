@@ -659,7 +659,13 @@ def _bench_options(commands: Any) -> None:
 
 
 def _time_step(text: str) -> float | str:
-    return text if text in ("auto", "adaptive") else float(text)
+    if text in ("auto", "adaptive"):
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        message = f"must be a number, auto or adaptive, got {text!r}"
+        raise argparse.ArgumentTypeError(message) from None
 
 
 def _run_options(command: argparse.ArgumentParser) -> None:

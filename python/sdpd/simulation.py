@@ -528,7 +528,10 @@ class Simulation(Particles):
             self._dt = chosen.choose(self)
         except ArithmeticError as error:
             self._detach(rewind=True)
-            raise failure.describe(self, SimulationError(str(error)), self._dt) from None
+            failed = SimulationError(str(error))
+            fastest = int(np.argmax(np.einsum("ij,ij->i", self.velocities, self.velocities)))
+            failed.step, failed.particle = self.step, int(self.ids[fastest])
+            raise failure.describe(self, failed, self._dt) from None
 
     def _attach(self, observers: list[Observer], every: int, dt: float) -> None:
         """Attach the observers of the loop, or leave them if they are the same."""
@@ -665,13 +668,17 @@ class Simulation(Particles):
             ("particles", f"{self.n_particles} in {self._scene.dimension}D, {resolution.kernel}"),
             ("state", f"step {self.step}, time {quantity(self.time, 's', si=si)}"),
             ("integrator", repr(self._integrator)),
-            ("time step", f"{dt}, {bound}"),
+            ("time step", f"{dt}{self._rhythm()}, {bound}"),
             ("effects", str(self._scene.active_effects)),
             ("kinetic", f"temperature {temperature}"),
             *self._thermal_rows(si),
             ("seed", f"{self.seed}, {self._threads} thread{'s' * (self._threads > 1)}"),
         ]
         return "sdpd simulation\n" + table([[f"  {name}", text] for name, text in rows])
+
+    def _rhythm(self) -> str:
+        chosen = self._adaptive
+        return "" if chosen is None else f" now, chosen anew every {chosen.every} steps"
 
     def _thermal_rows(self, si: bool) -> list[tuple[str, str]]:
         if not self._scene.active_effects.energy:

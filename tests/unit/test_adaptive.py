@@ -20,6 +20,7 @@ def shot(sim, mach=5.0):
 def test_in_equilibrium_it_is_the_step_of_the_scene():
     sim = small(edge=20, dt="adaptive", threads=1)
     assert sim.adaptive == sdpd.AdaptiveStep() and sim.dt == sim.bounds[0].value
+    assert "now, chosen anew every 10 steps" in str(sim)
     sim.run(100, progress=False)
     assert sim.dt == sim.bounds[0].value
     assert sim.time == pytest.approx(100 * sim.dt)
@@ -123,9 +124,11 @@ def test_it_survives_what_a_fixed_step_does_not():
 def test_a_step_that_would_never_end_is_an_error():
     sim = small(edge=20, dt=sdpd.AdaptiveStep(smallest=0.5), threads=1)
     shot(sim)
-    with pytest.raises(sdpd.SimulationError, match=r"by `sound and flow` = .*, below `smallest`"):
+    with pytest.raises(
+        sdpd.SimulationError, match=r"by `sound and flow` = .*, below `smallest`"
+    ) as caught:
         sim.run(100, progress=False)
-    assert sim.step == 0
+    assert sim.step == 0 and caught.value.step == 0 and caught.value.particle == 7
 
 
 def test_observers_that_count_equal_steps_are_refused():

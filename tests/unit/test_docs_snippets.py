@@ -9,7 +9,9 @@ GUIDE = Path(__file__).resolve().parents[2] / "docs" / "guide"
 SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["adding_a_wall", "analysis", "fields", "performance", "walls"])
+@pytest.mark.parametrize(
+    "page", ["adding_a_wall", "analysis", "fields", "hard_cases", "performance", "walls"]
+)
 def test_snippets_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if page == "walls":
