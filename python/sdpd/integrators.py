@@ -90,8 +90,8 @@ class PairSplitting(Integrator):
     compensate : bool
         Without energies: raise the friction, and its noise with it, by what the fluid loses of its
         viscosity at the step, so that it delivers what was asked for; see `compensation`. A step
-        where twice the friction would not do is refused: from 36 to 54 tau in three dimensions, 14
-        to 18 in two. The friction of one particle, and with it its short-time diffusion, is changed.
+        where twice the friction would not do is refused: from 36 to 54 tau in 3D, 14 to 18 in 2D.
+        The friction of one particle, and with it its short-time diffusion, is changed.
     sweeps : int
         1 to 255; more than one without energies only. Sweeps of exchanges in half a step, each over
         its part of the time: what is delivered is about that of so much shorter steps, at the cost

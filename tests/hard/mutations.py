@@ -1,7 +1,7 @@
 """Damaged scene files and checkpoints: seeds, ways to damage them, and what is right.
 
 Hypothesis draws the damage. Whatever it is, a file is read whole or refused by an error that says
-where: ValueError, TypeError or OSError, within a second, and nothing is left half loaded.
+where: ValueError, TypeError or OSError, within seconds, and nothing is left half loaded.
 """
 
 from __future__ import annotations
