@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sdpd import kernels, running, timestep, validation
 from sdpd.box import AXES, Box
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
@@ -140,7 +142,8 @@ class Scene(SceneQuantities):
         object.__setattr__(self, "velocity_scale", speed)
         object.__setattr__(self, "calibrate", validation.boolean("calibrate", self.calibrate))
         try:
-            self._check()
+            with np.errstate(all="ignore"):  # what overflows is refused as what it has become
+                self._check()
         except (ZeroDivisionError, OverflowError):
             raise _beyond_double_precision("one beyond that") from None
 

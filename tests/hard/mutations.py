@@ -32,7 +32,7 @@ _FOLDER = Path(scenes.__file__).parent
 
 
 def _seeds() -> dict[str, str]:
-    """Texts of scenes that between them have every key of the format."""
+    """Texts of scenes that between them have the keys of the format, but for meshes."""
     box = sdpd.Box((6.0, 6.0), periodic="")
     corners = np.array([[0.0, 0.0], [6.0, 0.0], [6.0, 6.0], [0.0, 6.0]])
     common: Tree = {"resolution": sdpd.Resolution(spacing=1.0, support=2.2), "sound_speed": 10.0}
