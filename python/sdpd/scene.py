@@ -322,6 +322,8 @@ class Scene(SceneQuantities):
         for name, value in scales.items():
             if not sys.float_info.min <= value < math.inf:
                 raise _beyond_double_precision(f"{name} = {value:g}")
+        if not math.isfinite(self.pressure_number):  # of any sign, and 0 as well
+            raise _beyond_double_precision(f"P/(n k_B T) = {self.pressure_number:g}")
 
     def _check_time_step(self) -> None:
         """Every bound on the time step must be a number."""

@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 
 import sdpd
 
 from . import fuzzing, mutations
+from .case import tomllib
 
 FILES = 300
 
@@ -70,3 +72,32 @@ def test_deep_nesting_is_refused(whole: Path) -> None:
     rewrite(whole, zipfile.ZIP_STORED, {"header.json": json.dumps([]).encode()})
     with pytest.raises(sdpd.CheckpointError, match="not a checkpoint of sdpd"):
         sdpd.load(whole)
+
+
+FOUND = [  # seed, changes of values, a piece of the error: what longer runs have found
+    ("heated", {("fluid", "conductivity_exponent"): 2**31}, "scales within double precision"),
+    ("heated", {("fluid", "density"): 1e201}, "scales within double precision"),
+    ("closed", {("fluid", "shear_viscosity"): 1e308}, "scales within double precision"),
+    ("cylinder", {("walls", 0, "radius"): 1e308}, "scales within double precision"),
+    ("waves", {("resolution", "support"): 2200.0}, "`resolution.support` must be <= 50 spacings"),
+    ("polygon", {("walls", 0, "points", 1, 0): 1e200}, "must be within 1e75 of the origin"),
+]
+
+
+@pytest.mark.parametrize(("seed", "changes", "text"), FOUND)
+def test_what_was_found(seed: str, changes: dict[tuple[str | int, ...], float], text: str) -> None:
+    tree = tomllib.loads(mutations.SEEDS[seed])
+    for path, value in changes.items():
+        parent = tree
+        for key in path[:-1]:
+            parent = parent[key]
+        parent[path[-1]] = value
+    with pytest.raises(ValueError, match=text):
+        sdpd.Scene.from_toml(tomli_w.dumps(tree) + "\n")
+
+
+def test_a_surface_in_a_box_of_millions_of_supports_is_refused() -> None:
+    corners = 1e7 * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    box = sdpd.Box((1e7, 1e7), periodic="")
+    with pytest.raises(ValueError, match="bricks of 8 cells"):
+        sdpd.Polyline(points=corners).field(box, 1.0, "lucy", name="wall")
