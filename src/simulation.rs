@@ -45,7 +45,8 @@ pub struct Settings {
     pub friction_along: f64,
     /// Equation of state: name and parameters.
     pub eos: (String, Vec<f64>),
-    /// Re-evaluations of the drag per Verlet step.
+    /// Re-evaluations of the drag per Verlet step; sweeps of exchanges per half step of the
+    /// isothermal splitting, 0 and 1 being one.
     pub iterations: u32,
     /// Acceleration field: amplitude `[acceleration]`, and (axis, waves) if it is sinusoidal.
     pub body_force: Option<AccelerationField>,
@@ -110,6 +111,8 @@ pub struct Engine {
     pub eos: Box<dyn EquationOfState>,
     /// Friction coefficients and kB T.
     pub friction: PairFriction,
+    /// Sweeps of exchanges in half a step of the splitting.
+    pub sweeps: u8,
     /// Seed.
     pub seed: u64,
     /// Steps done.
@@ -351,6 +354,7 @@ impl Engine {
             list: PairList::default(),
             eos,
             friction,
+            sweeps: settings.iterations.clamp(1, 255) as u8,
             seed: settings.seed,
             step: 0,
             counters: Counters::default(),
@@ -436,6 +440,22 @@ impl Engine {
         let particles = &mut self.particles;
         particles.position[slot][..3].copy_from_slice(&position);
         particles.velocity[slot][..3].copy_from_slice(&velocity);
+    }
+
+    /// Gives drag and noise of an isothermal fluid other coefficients [user]; forces that hold them
+    /// are renewed by the next run.
+    pub fn set_friction(&mut self, across: f64, along: f64) -> Result<()> {
+        let across = non_negative("friction_across", across)?;
+        let along = finite("friction_along", along)?;
+        if across + along < 0.0 || self.thermal.is_some() {
+            return Err(Error::Invalid(
+                "`friction` must be positive, and constant where particles have an energy".into(),
+            ));
+        }
+        self.friction.across = across / self.units.viscosity();
+        self.friction.along = along / self.units.viscosity();
+        self.forces_for = None;
+        Ok(())
     }
 
     /// New lists, densities, pressures and forces for changed positions or velocities.

@@ -8,8 +8,9 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from sdpd import discretization, fluids, kernels, timestep, walls
+from sdpd import compensation, discretization, fluids, kernels, timestep, walls
 from sdpd import equations_of_state as eos
+from sdpd.adaptive import AdaptiveStep
 from sdpd.box import Box
 from sdpd.cost import Cost
 from sdpd.discretization import DiscreteFactors
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
 __version__: str
 
 __all__ = [
+    "AdaptiveStep",
     "Adiabatic",
     "BinAverage",
     "Box",
@@ -106,6 +108,7 @@ __all__ = [
     "WallForceProfile",
     "WallForces",
     "analysis",
+    "compensation",
     "discretization",
     "eos",
     "fields",

@@ -8,6 +8,7 @@ leaves the old file whole; reading checks everything before anything is changed.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import io
 import json
@@ -27,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdpd import initial, integrators, running, timestep, validation, wall_motion
+from sdpd.adaptive import AdaptiveStep
 from sdpd.errors import CheckpointError, SdpdWarning
 from sdpd.scene import Scene
 
@@ -118,6 +120,7 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "integrator": {"name": sim.integrator.name, **vars(sim.integrator)},
         "accuracy": dict(sim._accuracy),
         "dt": sim.dt,
+        "adaptive": None if sim.adaptive is None else dict(vars(sim.adaptive)),
         "settings": _written(sim._settings),
         "clock": {name: state[name] for name in _CLOCK},
         "wall_force": [float(x) for x in state["wall_force"]],
@@ -199,7 +202,7 @@ class _Reader:
         if _HEADER not in archive.namelist():
             raise self.fail("it is an archive, but not a checkpoint of sdpd (no header)")
         try:
-            header = json.loads(archive.read(_HEADER))
+            header = json.loads(self.member(archive, _HEADER))
         except ValueError as error:
             raise self.fail(f"its header is not readable ({error})") from None
         if not isinstance(header, dict) or header.get("format") != FORMAT:
@@ -213,6 +216,31 @@ class _Reader:
             )
         return header
 
+    def member(self, archive: zipfile.ZipFile, name: str) -> bytes:
+        """A member as it lies in the file: what is packed may unpack to any size."""
+        info = archive.getinfo(name)
+        if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
+            raise self.fail(f"its part {name!r} is compressed, which sdpd never writes")
+        if info.file_size > self.path.stat().st_size:
+            raise self.fail(
+                f"it is truncated or damaged: its part {name!r} is larger than the file"
+            )
+        return archive.read(info)
+
+    def check_size(self, name: str, content: bytes) -> None:
+        """An array must be as large as it says, before memory is asked for."""
+        file = io.BytesIO(content)
+        readers = {(1, 0): np.lib.format.read_array_header_1_0}
+        version = np.lib.format.read_magic(file)
+        if version not in readers:
+            raise self.fail(f"its array {name!r} is of the unknown format {version}")
+        shape, _, kind = readers[version](file)
+        rest = len(content) - file.tell()
+        if math.prod(shape) * kind.itemsize != rest:
+            raise self.fail(
+                f"its array {name!r} has {rest} bytes, but says that it has shape {shape} of {kind}"
+            )
+
     def read(self) -> tuple[dict[str, Any], Blobs]:
         """Header and arrays, complete and unaltered."""
         try:
@@ -224,6 +252,10 @@ class _Reader:
             raise self.fail(f"it is damaged, truncated or not a checkpoint ({error})") from None
         except (EOFError, zlib.error, NotImplementedError, RuntimeError) as error:
             raise self.fail(f"it is damaged ({error})") from None
+        except OSError as error:
+            if error.errno != errno.EINVAL:  # a place before its beginning
+                raise
+            raise self.fail("it is damaged (its parts are not where it says)") from None
         if header.get("digest") != _digest(header, arrays):
             raise self.fail("it was altered after it was written (its digest differs)")
         return header, arrays
@@ -231,7 +263,8 @@ class _Reader:
     def array(self, archive: zipfile.ZipFile, name: str, header: dict[str, Any]) -> NDArray[Any]:
         kind, columns = _arrays(True)[name]
         try:
-            content = archive.read(f"{name}.npy")
+            content = self.member(archive, f"{name}.npy")
+            self.check_size(name, content)
             array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
         except KeyError:
             raise self.fail(f"its array {name!r} is missing") from None
@@ -262,6 +295,8 @@ class _Content:
             self.integrator = integrators.INTEGRATORS[choice.pop("name")](**choice)
             self.settings = _core_settings(self.header["settings"])
             self.dt = validation.positive("dt", self.header["dt"])
+            adaptive = self.header.get("adaptive")
+            self.adaptive = None if adaptive is None else AdaptiveStep(**adaptive)
             self.accuracy: dict[str, Any] = dict(self.header["accuracy"])
             self.machine: dict[str, Any] = dict(self.header["machine"])
             timestep.bounds(self.scene, self.integrator, **self.accuracy)
@@ -277,7 +312,7 @@ class _Content:
             )
         except KeyError as error:
             raise reader.fail(f"its header lacks {error} or has an unknown one") from None
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise reader.fail(f"its header is not valid: {error}") from None
         self.state.update({name: array.tobytes() for name, array in self.arrays.items()})
         self._check_settings()
@@ -349,7 +384,8 @@ def _agree(one: Any, other: Any) -> bool:
         return one.keys() == other.keys() and all(_agree(one[key], other[key]) for key in one)
     numbers = (int, float)
     if isinstance(one, numbers) and isinstance(other, numbers):
-        return math.isclose(one, other, rel_tol=1e-9)
+        with suppress(OverflowError):  # an integer beyond any float
+            return math.isclose(one, other, rel_tol=1e-9)
     return bool(one == other)
 
 
@@ -435,6 +471,7 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
             accuracy=content.accuracy,
             state=content.state,
             walls=content.walls,
+            adaptive=content.adaptive,
         )
     except (TypeError, ValueError, OverflowError) as error:
         raise reader.fail(f"its state is not valid: {error}") from None
@@ -465,7 +502,7 @@ def restore(sim: Simulation, path: str | os.PathLike[str]) -> None:
                 "a new simulation of it"
             )
     try:
-        sim._set_state(content.state, content.dt, content.walls)
+        sim._set_state(content.state, content.dt, content.walls, content.adaptive)
     except (TypeError, ValueError, OverflowError) as error:
         raise reader.fail(f"its state is not valid: {error}") from None
     content.warn_of_other_bits()

@@ -276,6 +276,7 @@ def _run(options: argparse.Namespace) -> int:
         time=options.time,
         observe=[thermo, trajectory, *at_walls.values()],
         progress=False if options.no_progress else None,
+        on_error=folder / "last_good.sdpd",
     )
     simulation.save(folder / "final.sdpd")
     thermo.to_csv(folder / "thermodynamics.csv")
@@ -659,13 +660,23 @@ def _bench_options(commands: Any) -> None:
     add("--no-progress", action="store_true", help="no progress bar")
 
 
+def _time_step(text: str) -> float | str:
+    if text in ("auto", "adaptive"):
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        message = f"must be a number, auto or adaptive, got {text!r}"
+        raise argparse.ArgumentTypeError(message) from None
+
+
 def _run_options(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     duration = command.add_mutually_exclusive_group(required=True)
     duration.add_argument("--steps", type=int, help="number of steps")
     duration.add_argument("--time", type=float, help="simulated time")
     add("-o", "--output", metavar="DIR", required=True, help="folder to write to")
-    add("--dt", type=float, help="time step (default: the smallest bound)")
+    add("--dt", type=_time_step, help="time step, or adaptive (default: the smallest bound)")
     add("--every", type=int, default=100, help="steps between samples (default 100)")
     add("--seed", type=int, default=0, help="key of all randomness (default 0)")
     add("--threads", type=int, help="threads (default: processors at hand)")

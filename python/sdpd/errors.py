@@ -28,12 +28,15 @@ class SimulationError(RuntimeError):
         Simulated time of that step [time].
     dt : float or None
         Time step of the run [time].
+    checkpoint : str or None
+        File with the last good state, where ``run(on_error=...)`` asked for one.
     """
 
     step: int | None = None
     particle: int | None = None
     time: float | None = None
     dt: float | None = None
+    checkpoint: str | None = None
 
 
 class CheckpointError(ValueError):

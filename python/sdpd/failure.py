@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpd import timestep
+from sdpd import timestep, validation
 from sdpd.errors import SimulationError
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
-__all__ = ["describe", "likely_cause"]
+__all__ = ["check_on_error", "describe", "likely_cause", "rescue"]
 
 # A density or a speed this far off in the last good state is worth a word.
 CROWDED = 2.0
@@ -44,7 +46,8 @@ def likely_cause(sim: Simulation, dt: float) -> str:
             f"so that particles are pushed apart violently; {within}, but begin with a smaller one "
             "or with a relaxed start"
         )
-    speed = float(np.sqrt((sim.velocities**2).sum(axis=1).max()))
+    with np.errstate(over="ignore"):
+        speed = float(np.sqrt((sim.velocities**2).sum(axis=1).max()))
     typical = max(scene.thermal_speed if scene.starts_thermal else 0.0, scene.sound.speed / 10.0)
     if speed > FAST * typical:
         return (
@@ -70,3 +73,47 @@ def describe(sim: Simulation, error: SimulationError, dt: float) -> SimulationEr
     steps = 0 if error.step is None else max(0, error.step - good_step)
     described.time = good_time + steps * dt
     return described
+
+
+def check_on_error(value: Any) -> str | Path:
+    """What to do at an error: "raise", "checkpoint" or the path of a file.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is none of them, or the folder of the file is not there.
+    """
+    if isinstance(value, os.PathLike):
+        path = Path(value)
+        if not path.parent.is_dir():
+            raise ValueError(f"`on_error` must be in a folder that exists, got {str(path)!r}")
+        return path
+    return str(validation.choice("on_error", value, ("raise", "checkpoint")))
+
+
+def rescue(sim: Simulation, error: SimulationError, on_error: str | Path) -> SimulationError:
+    """Write the last good state if that was asked for; the error with the name of the file."""
+    if on_error == "raise":
+        return error
+    path = _unused(sim) if on_error == "checkpoint" else Path(on_error)
+    saved = SimulationError(f"{error}. It was saved in {path}: sdpd.load() goes on from there")
+    try:
+        sim.save(path)
+    except (OSError, TypeError) as refused:  # a full disk; a wall that is a function
+        saved = SimulationError(f"{error}. It could not be saved in {path}: {refused}")
+    else:
+        saved.checkpoint = str(path)
+    saved.step, saved.particle, saved.time, saved.dt = (
+        error.step,
+        error.particle,
+        error.time,
+        error.dt,
+    )
+    return saved
+
+
+def _unused(sim: Simulation) -> Path:
+    """A file of the working directory that is not there yet."""
+    stem = f"sdpd-step-{sim.step}"
+    names = (Path(f"{stem}{f'-{n}' * (n > 1)}.sdpd") for n in range(1, validation.LARGEST))
+    return next(name for name in names if not name.exists())

@@ -24,6 +24,7 @@ __all__ = [
     "LatticeStart",
     "RandomStart",
     "Start",
+    "check_crowding",
     "check_positions",
     "check_velocities",
     "positions",
@@ -109,6 +110,9 @@ class RandomStart(Start):
         object.__setattr__(self, "relax_steps", steps)
 
 
+# A density this many times that of the fluid is no state of it at one support. (Independent uniform
+# positions reach 2 to 3, shocks 4.)
+LARGEST_CROWDING = 30.0
 RELAX_SLICE = 4  # iterations between two chances to interrupt
 
 STARTS: dict[str, type[Start]] = {"lattice": LatticeStart, "random": RandomStart}
@@ -310,6 +314,26 @@ def check_positions(scene: Scene, value: Any) -> Array:
                 f"{points[worst].tolist()}, {-distance[worst]:.4g} behind a wall"
             )
     return points
+
+
+def check_crowding(scene: Scene, densities: Array) -> None:
+    """Refuse positions so dense somewhere that a support there holds far too many particles.
+
+    Raises
+    ------
+    ValueError
+        Naming the particle and the ratio.
+    """
+    worst = int(np.argmax(densities))
+    ratio = float(densities[worst]) / scene.fluid.density
+    if ratio > LARGEST_CROWDING:
+        raise ValueError(
+            f"`positions` must keep the density below {LARGEST_CROWDING:g} times that of the "
+            f"fluid, got {ratio:.4g} times at particle {worst}: the support is the same all over, "
+            f"so it has {ratio * 2.0 * scene.pairs_per_particle:.0f} partners there and none in "
+            "thin regions; large density ratios need a support that varies, which there is "
+            "not"
+        )
 
 
 def check_velocities(scene: Scene, value: Any) -> Array:

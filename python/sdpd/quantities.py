@@ -277,7 +277,14 @@ class SceneQuantities:
         """The fluid where it is compressed by three rms deviations (10 % where unknown)."""
         deviation = self.density_deviation
         strain = 3.0 * deviation if deviation is not None else 0.1
-        density = self.fluid.density * (1.0 + strain)
+        return self._compressed(self.fluid.density * (1.0 + strain))
+
+    def compressed_to(self, density: float) -> CompressedState:
+        """The fluid at a density [mass/length^D], or `compressed_state` if that is denser."""
+        usual = self.compressed_state
+        return usual if density <= usual.density else self._compressed(density)
+
+    def _compressed(self, density: float) -> CompressedState:
         pressure, squared = self._equation_of_state(density, self.sound.speed)
         squared = max(squared, self._state[1])
         ratio = max(pressure, self._state[0]) / (density * squared)

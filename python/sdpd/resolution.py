@@ -21,6 +21,7 @@ DEFAULT_SUPPORT = 3.0
 # A lattice cut unequally along the axes is no longer the cubic one of the discrete factors.
 _LARGEST_ANISOTROPY = 1.1
 
+LARGEST_SUPPORT = 50.0  # in spacings: lattice sums grow with its power of D
 LARGEST_NUMBER = 10**18  # of particles: beyond any memory, and exact enough as a float
 
 
@@ -96,6 +97,11 @@ class Resolution:
             raise ValueError(
                 f"`support` must be > 1 (in units of the spacing: particles further apart than h "
                 f"do not interact), got {support:g}"
+            )
+        if support > LARGEST_SUPPORT:
+            raise ValueError(
+                f"`support` must be <= {LARGEST_SUPPORT:g} spacings (a particle then has half a "
+                f"million neighbours in 3D), got {support:g}"
             )
         object.__setattr__(self, "support", support)
         validation.choice("kernel", self.kernel, kernels.names())

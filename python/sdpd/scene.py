@@ -12,7 +12,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from sdpd import kernels, running, validation
+import numpy as np
+
+from sdpd import kernels, running, timestep, validation
 from sdpd.box import AXES, Box
 from sdpd.effect_rules import LEAST_CAPACITY
 from sdpd.effects import BodyForce, Effects, SinusoidalForce, UniformForce
@@ -41,6 +43,13 @@ _CURVATURE = 0.2  # h/R, warned of beyond
 _LEAST_CAPACITY = 4.0  # C/k_B of a particle, warned of below
 _FIELD = 9  # place of the number of its field among the numbers of a wall of any shape
 _WELL_RESOLVED = 6.0  # h/dx from which all factors are 1 to a few per mille
+
+
+def _beyond_double_precision(what: str) -> ValueError:
+    return ValueError(
+        "`fluid`, `box` and `resolution` must give scales within double precision, got "
+        f"{what}; choose other units"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,6 +153,14 @@ class Scene(SceneQuantities):
         speed = validation.optional_non_negative("velocity_scale", self.velocity_scale)
         object.__setattr__(self, "velocity_scale", speed)
         object.__setattr__(self, "calibrate", validation.boolean("calibrate", self.calibrate))
+        try:
+            with np.errstate(all="ignore"):  # what overflows is refused as what it has become
+                self._check()
+        except (ZeroDivisionError, OverflowError):
+            raise _beyond_double_precision("one beyond that") from None
+
+    def _check(self) -> None:
+        """Whether the parts go together."""
         self._check_dimension()
         self._check_walls()
         self._check_supports()
@@ -153,6 +170,7 @@ class Scene(SceneQuantities):
         self._check_magnitudes()
         self._check_energy()
         self._check_factors()
+        self._check_time_step()
         self._warn_of_pairing()
         self._warn_of_regime()
 
@@ -233,7 +251,7 @@ class Scene(SceneQuantities):
                 f"{least:.4g}: the density at it is off by more than a few per mille; lower the "
                 "spacing",
                 ResolutionWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
 
     def _check_wall_model(self) -> None:
@@ -295,34 +313,36 @@ class Scene(SceneQuantities):
                 f"{2.0 * support:.4g}: the kernel smears it out, so that the flow that answers has "
                 "neither the amplitude nor the viscosity of the continuum",
                 ResolutionWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
 
     def _check_magnitudes(self) -> None:
         """Refuse scales that double precision cannot hold."""
-        try:
-            mass, energy = self.particle_mass, self.thermal_energy
-            scales = {
-                "mass of a particle m": mass,
-                "thermal energy k_B T": energy,
-                "k_B T/m": energy / mass,
-                "m k_B T": mass * energy,
-                "h^(D+2)": self.support_radius ** (self.dimension + 2),
-                "squared sound speed c^2": self.sound.speed**2,
-                "m c^2": mass * self.sound.speed**2,
-                "stiffness m c^2/(k_B T)": self.stiffness,
-            }
-            if self.active_effects.dissipation:
-                scales["friction time tau"] = self.friction_time
-                scales["self-diffusion k_B T tau/m"] = self.self_diffusion
-        except (ZeroDivisionError, OverflowError):
-            scales = {"one beyond that": 0.0}
+        mass, energy = self.particle_mass, self.thermal_energy
+        scales = {
+            "mass of a particle m": mass,
+            "thermal energy k_B T": energy,
+            "k_B T/m": energy / mass,
+            "m k_B T": mass * energy,
+            "h^(D+2)": self.support_radius ** (self.dimension + 2),
+            "squared sound speed c^2": self.sound.speed**2,
+            "m c^2": mass * self.sound.speed**2,
+            "stiffness m c^2/(k_B T)": self.stiffness,
+        }
+        if self.active_effects.dissipation:
+            scales["friction time tau"] = self.friction_time
+            scales["self-diffusion k_B T tau/m"] = self.self_diffusion
         for name, value in scales.items():
             if not sys.float_info.min <= value < math.inf:
-                raise ValueError(
-                    "`fluid`, `box` and `resolution` must give scales within double precision, "
-                    f"got {name} = {value:g}; choose other units"
-                )
+                raise _beyond_double_precision(f"{name} = {value:g}")
+        if not math.isfinite(self.pressure_number):  # of any sign, and 0 as well
+            raise _beyond_double_precision(f"P/(n k_B T) = {self.pressure_number:g}")
+
+    def _check_time_step(self) -> None:
+        """Every bound on the time step must be a number."""
+        for bound in timestep.bounds(self):
+            if not sys.float_info.min <= bound.value < math.inf:
+                raise _beyond_double_precision(f"{bound.formula} = {bound.value:g} ({bound.name})")
 
     def _check_energy(self) -> None:
         """Heat capacity, and whether heat can pass the walls as they say."""
@@ -343,7 +363,7 @@ class Scene(SceneQuantities):
                 f"by {capacity**-0.5:.0%}, more than equations for particles with a temperature "
                 "stand for; take larger particles",
                 ResolutionWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
         for index, wall in enumerate(self.walls):
             own = isinstance(wall.heat, Isothermal) and wall.heat != Isothermal()
@@ -375,7 +395,7 @@ class Scene(SceneQuantities):
                 f"{self.resolution.support:g} has {' and '.join(found)} on a lattice, 1 being "
                 "right; use a larger support or another kernel",
                 ResolutionWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
 
     def _warn_of_pairing(self) -> None:
@@ -401,7 +421,7 @@ class Scene(SceneQuantities):
             f"X = m c^2/(k_B T) = {self.stiffness:.4g} is beyond its limit X = {limit:.4g} "
             f"({cause}); {cure}",
             PairingWarning,
-            stacklevel=4,
+            stacklevel=5,
         )
 
     def _warn_of_regime(self) -> None:

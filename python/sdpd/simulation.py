@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sdpd import failure, initial, integrators, running, timestep, validation, wall_motion
+from sdpd import (
+    compensation,
+    failure,
+    initial,
+    integrators,
+    running,
+    timestep,
+    validation,
+    wall_motion,
+)
+from sdpd.adaptive import AdaptiveStep
 from sdpd.cost import pairs_per_second
 from sdpd.errors import SimulationError, TimeStepWarning
 from sdpd.observers import LoopObserver, Observer, check_observers
@@ -43,8 +53,9 @@ class Simulation(Particles):
     scene : Scene
     integrator : PairSplitting, VelocityVerlet or their names, optional
         The exact pair splitting where fluctuations act, else velocity Verlet.
-    dt : float or "auto"
-        Time step [time]; "auto" takes the smallest of `Simulation.bounds`.
+    dt : float, "auto", "adaptive" or AdaptiveStep
+        Time step [time]; "auto" takes the smallest of `Simulation.bounds`, "adaptive" chooses it
+        anew every ten steps, as `AdaptiveStep` says.
     seed : int
         Key of all randomness, ``0 <= seed < 2**64``.
     threads : int, optional
@@ -58,7 +69,7 @@ class Simulation(Particles):
         from the scene, if None.
     positions, velocities : array_like, shape (N, D), optional
         Initial state [length], [length/time] instead of that of ``scene.start``. Positions are
-        wrapped into the box.
+        wrapped into the box, and refused where they crowd to 30 times the density of the fluid.
     temperatures : float or array_like, shape (N,), optional
         Of the particles of a fluid with an energy [temperature]; that of the fluid if None.
     temperature_error, resolve_vacf
@@ -103,7 +114,7 @@ class Simulation(Particles):
         scene: Scene,
         *,
         integrator: Integrator | str | None = None,
-        dt: float | str = "auto",
+        dt: float | str | AdaptiveStep = "auto",
         seed: int = 0,
         threads: int | None = None,
         precision: str = "double",
@@ -130,7 +141,8 @@ class Simulation(Particles):
             "resolve_vacf": resolve_vacf,
         }
         self._bounds = tuple(timestep.bounds(scene, chosen, **self._accuracy))
-        self._dt = self._bounds[0].value if _is_auto(dt) else self._checked_dt(scene, chosen, dt)
+        self._adaptive = _adaptive(dt)
+        self._dt = self._started_dt(scene, chosen, dt)
         if positions is None:
             points = initial.positions(scene, seed, threads)
         else:
@@ -144,7 +156,7 @@ class Simulation(Particles):
             **scene.core_arguments(),
             "noise": noise,
             "integrator": chosen.name,
-            "iterations": chosen.iterations,
+            "iterations": chosen.passes,
             "dt": self._dt,
             "seed": seed,
             "skin": skin,
@@ -153,6 +165,8 @@ class Simulation(Particles):
         settings = integrators.with_integrator(settings, chosen)
         heat = initial.temperatures(scene, temperatures)
         core = _new_core(points, speeds, settings, threads, heat)
+        if positions is not None:
+            initial.check_crowding(scene, core.densities)
         _check_skin(core, skin)
         self._adopt(scene, chosen, settings, threads, core)
 
@@ -169,14 +183,27 @@ class Simulation(Particles):
         self._settings, self._threads, self._core = settings, threads, core
         self._walls = scene.walls
         self._attached: list[tuple[LoopObserver, int, float]] = []
+        self._compensated = 0.0  # the dt that the friction of the core is for
         self._runner: int | None = None
+
+    def _started_dt(self, scene: Scene, integrator: Integrator, dt: Any) -> float:
+        """A time step to begin with, from what the user may give."""
+        if self._adaptive is not None:
+            value = self._adaptive.largest or self._bounds[0].value
+        else:
+            value = (
+                self._bounds[0].value if _is_auto(dt) else self._checked_dt(scene, integrator, dt)
+            )
+        if integrator.compensate:
+            compensation.friction_scale(scene, value, sweeps=integrator.sweeps)
+        return value
 
     def _checked_dt(self, scene: Scene, integrator: Integrator, dt: Any) -> float:
         value = validation.positive("dt", dt)
         exceeded = timestep.check_time_step(scene, value, integrator, **self._accuracy)
         if exceeded:
             text = timestep.warning_text(value, exceeded)
-            warnings.warn(text, TimeStepWarning, stacklevel=3)
+            warnings.warn(text, TimeStepWarning, stacklevel=4)
         return value
 
     # --- what it is --------------------------------------------------------------------------
@@ -246,6 +273,8 @@ class Simulation(Particles):
     def dt(self) -> float:
         """Time step [time]; may be set between runs, with the same checks, but not in one.
 
+        An adaptive one shows what was chosen last.
+
         Raises
         ------
         RuntimeError
@@ -254,16 +283,23 @@ class Simulation(Particles):
         return self._dt
 
     @dt.setter
-    def dt(self, value: float | str) -> None:
+    def dt(self, value: float | str | AdaptiveStep) -> None:
         if self._runner is not None:
             raise RuntimeError(
                 "`dt` cannot be set while the simulation is running (nor in a callback): set it "
                 "between calls of run()"
             )
-        if _is_auto(value):
-            self._dt = self._bounds[0].value
-        else:
-            self._dt = self._checked_dt(self._scene, self._integrator, value)
+        before, self._adaptive = self._adaptive, _adaptive(value)
+        try:
+            self._dt = self._started_dt(self._scene, self._integrator, value)
+        except BaseException:
+            self._adaptive = before
+            raise
+
+    @property
+    def adaptive(self) -> AdaptiveStep | None:
+        """How the time step is chosen anew; None where it stays."""
+        return self._adaptive
 
     @property
     def dt_bound(self) -> str:
@@ -369,6 +405,7 @@ class Simulation(Particles):
         callback: Callable[[Simulation], object] | None = None,
         observe: Observer | Sequence[Observer] = (),
         progress: bool | None = None,
+        on_error: str | os.PathLike[str] = "raise",
     ) -> None:
         """Advance the simulation.
 
@@ -377,7 +414,8 @@ class Simulation(Particles):
         steps : int, optional
             Number of steps of `dt`. Exactly one of `steps` and `time`.
         time : float, optional
-            Time to simulate [time]: ceil(time/dt) equal steps, of dt or a little less.
+            Time to simulate [time]: ceil(time/dt) equal steps, of dt or a little less; where dt is
+            adaptive, the last steps are a little less.
         every : int
             Steps between calls of `callback` and samples of observers without their own `every`.
             All are due when `step` is a multiple of it.
@@ -387,12 +425,16 @@ class Simulation(Particles):
             `Thermodynamics`, `Correlator`, `h5md.Trajectory` or your own.
         progress : bool, optional
             Show a progress bar; None: on a terminal or in a notebook, after two seconds.
+        on_error : "raise", "checkpoint" or path object
+            What to do when the run blows up, besides raising: "checkpoint" writes the last good
+            state to ``sdpd-step-N.sdpd`` in the working directory, a path object names the file.
+            The error carries its name; `load` goes on from there.
 
         Raises
         ------
         SimulationError
-            If a value is no longer finite or a particle runs away. The arrays then show the last
-            good state.
+            If a value is no longer finite or a particle runs away, or an adaptive step would have
+            to be too small. The arrays then show the last good state.
         KeyboardInterrupt
             At Ctrl-C, after the steps under way (a fifth of a second or one step) are complete:
             the state is that of a whole step and `run` may be called again.
@@ -401,7 +443,8 @@ class Simulation(Particles):
         RuntimeError
             If it is running already.
         """
-        plan = running.plan_steps(steps, time, self._dt)
+        plan = running.plan_steps(steps, time, self._dt, adaptive=self._adaptive is not None)
+        on_error = failure.check_on_error(on_error)
         every = validation.integer("every", every, minimum=1, maximum=validation.LARGEST)
         if progress is not None:
             progress = validation.boolean("progress", progress)
@@ -418,6 +461,8 @@ class Simulation(Particles):
         self._runner = threading.get_ident()
         try:
             self._run(plan, every, callback, observers, progress)
+        except SimulationError as error:
+            raise failure.rescue(self, error, on_error) from None
         finally:
             self._runner = None
 
@@ -436,8 +481,9 @@ class Simulation(Particles):
         turns = [turn for _, turn in python] + ([every] if callback is not None else [])
         pairs = self.n_particles * self._scene.pairs_per_particle
         chunk = running.chunk_steps(pairs, pairs_per_second(self._scene, self._integrator))
-        left, hidden = plan.steps, 0
+        hidden = 0  # steps that the arrays do not show yet
         begun: list[Observer] = []
+        march = running.March(plan, self)
         with (
             running.Interruptions() as interruptions,
             RunProgress(plan.steps, self.n_particles, progress) as bar,
@@ -446,14 +492,15 @@ class Simulation(Particles):
                 for observer, turn in python:
                     begun.append(observer)
                     observer.begin(self, turn)
-                while left > 0:
+                while not march.is_over:
                     due = [running.steps_to_next(self.step, turn) for turn in turns]
-                    number = min([left, chunk, *due])
-                    left -= number
+                    number, dt = march.next(min([chunk, *due]))
                     hidden += number
-                    seen = left == 0 or number in due or hidden >= running.STEPS_BETWEEN_VIEWS
-                    self._advance(number, plan.dt, first=hidden == number, show=seen)
-                    hidden = 0 if seen else hidden
+                    self._advance(number, dt, first=hidden == number)
+                    wanted = self._adaptive is not None or number in due or march.is_over
+                    if wanted or hidden >= running.STEPS_BETWEEN_VIEWS:
+                        self._core.show()
+                        hidden = 0
                     bar.update(number, self.time)
                     for observer, turn in python:
                         if self.step % turn == 0:
@@ -471,16 +518,40 @@ class Simulation(Particles):
                 for observer in begun:
                     observer.end(self)
 
-    def _advance(self, steps: int, dt: float, *, first: bool, show: bool) -> None:
+    def _advance(self, steps: int, dt: float, *, first: bool) -> None:
         """Some steps; `first` after the arrays were shown, to which a failure returns."""
         if first:
             for observer, _, _ in self._attached:
                 observer.mark()
+        if self._integrator.compensate and dt != self._compensated:
+            self._compensate(dt)
         try:
-            self._core.run(steps, dt, show)
+            self._core.run(steps, dt, show=False)
         except SimulationError as error:
             self._detach(rewind=True)
             raise failure.describe(self, error, dt) from None
+
+    def _compensate(self, dt: float) -> None:
+        """Give the core the friction that delivers the viscosity at this step."""
+        scene, sweeps = self._scene, self._integrator.sweeps
+        if scene.active_effects.dissipation:
+            scale = compensation.friction_scale(scene, dt, sweeps=sweeps)
+            self._core.set_friction(scale * scene.friction_across, scale * scene.friction_along)
+        self._compensated = dt
+
+    def _choose_dt(self) -> None:
+        """A new time step, if it is adaptive and a choice is due; for `running.March`."""
+        chosen = self._adaptive
+        if chosen is None or self.step % chosen.every:
+            return
+        try:
+            self._dt = chosen.choose(self)
+        except ArithmeticError as error:
+            self._detach(rewind=True)
+            failed = SimulationError(str(error))
+            fastest = int(np.argmax(np.einsum("ij,ij->i", self.velocities, self.velocities)))
+            failed.step, failed.particle = self.step, int(self.ids[fastest])
+            raise failure.describe(self, failed, self._dt) from None
 
     def _attach(self, observers: list[Observer], every: int, dt: float) -> None:
         """Attach the observers of the loop, or leave them if they are the same."""
@@ -506,7 +577,13 @@ class Simulation(Particles):
         if self._runner is not None:
             raise RuntimeError("the simulation is running; restore it before or after run()")
 
-    def _set_state(self, state: dict[str, Any], dt: float, walls: tuple[Wall, ...]) -> None:
+    def _set_state(
+        self,
+        state: dict[str, Any],
+        dt: float,
+        walls: tuple[Wall, ...],
+        adaptive: AdaptiveStep | None,
+    ) -> None:
         """Take over a checked state; for `checkpoint`."""
         self._refuse_restore()
         self._core.set_state(state)  # first: it refuses what is not valid, and walls need it
@@ -515,7 +592,7 @@ class Simulation(Particles):
             self._move_walls(walls)
             self._core.set_state(state)  # their motion has renewed the forces
         self._detach()
-        self._dt = dt
+        self._dt, self._adaptive = dt, adaptive
 
     # --- saving ------------------------------------------------------------------------------
 
@@ -611,7 +688,7 @@ class Simulation(Particles):
             ("particles", f"{self.n_particles} in {self._scene.dimension}D, {resolution.kernel}"),
             ("state", f"step {self.step}, time {quantity(self.time, 's', si=si)}"),
             ("integrator", repr(self._integrator)),
-            ("time step", f"{dt}, {bound}"),
+            ("time step", f"{dt}{self._rhythm()}, {bound}"),
             ("precision", self.precision),
             ("effects", str(self._scene.active_effects)),
             ("kinetic", f"temperature {temperature}"),
@@ -619,6 +696,10 @@ class Simulation(Particles):
             ("seed", f"{self.seed}, {self._threads} thread{'s' * (self._threads > 1)}"),
         ]
         return "sdpd simulation\n" + table([[f"  {name}", text] for name, text in rows])
+
+    def _rhythm(self) -> str:
+        chosen = self._adaptive
+        return "" if chosen is None else f" now, chosen anew every {chosen.every} steps"
 
     def _thermal_rows(self, si: bool) -> list[tuple[str, str]]:
         if not self._scene.active_effects.energy:
@@ -645,21 +726,28 @@ def _restored(
     accuracy: dict[str, Any],
     state: dict[str, Any],
     walls: tuple[Wall, ...],
+    adaptive: AdaptiveStep | None,
 ) -> Simulation:
     """A simulation around a new core, with the state of a file; for `checkpoint`."""
     sim = Simulation.__new__(Simulation)
     sim._accuracy, sim._dt = accuracy, dt
     sim._bounds = tuple(timestep.bounds(scene, integrator, **accuracy))
     sim._adopt(scene, integrator, settings, threads, core)
-    sim._set_state(state, dt, walls)
+    sim._set_state(state, dt, walls, adaptive)
     return sim
 
 
 def _is_auto(dt: Any) -> bool:
     if isinstance(dt, str):
-        validation.choice("dt", dt, ("auto",))
+        validation.choice("dt", dt, ("auto", "adaptive"))
         return True
     return False
+
+
+def _adaptive(dt: Any) -> AdaptiveStep | None:
+    if isinstance(dt, AdaptiveStep):
+        return dt
+    return AdaptiveStep() if isinstance(dt, str) and dt == "adaptive" else None
 
 
 def _check_precision(precision: Any, *, energy: bool) -> None:

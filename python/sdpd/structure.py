@@ -29,7 +29,8 @@ def _transform(name: str, dimension: int) -> tuple[Array, Array]:
 
 def _excess(w: Array, stiffness: float, pressure: float) -> Array:
     """1/S(k) - 1."""
-    return 2.0 * pressure * w + (stiffness - 2.0 * pressure) * w**2
+    with np.errstate(over="ignore", invalid="ignore"):  # a scene checks its magnitudes
+        return 2.0 * pressure * w + (stiffness - 2.0 * pressure) * w**2
 
 
 def pairing_susceptibility(

@@ -236,6 +236,8 @@ def scene_from_toml(kind: type[Scene], source: str | os.PathLike[str]) -> Scene:
         data = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"not a TOML file: {error}") from None
+    except RecursionError:
+        raise ValueError("not a TOML file of a scene: nested too deeply") from None
     version = data.pop("format", FORMAT)
     if version != FORMAT:
         raise ValueError(f"`format` must be {FORMAT}, got {version!r}")

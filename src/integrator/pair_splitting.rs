@@ -31,13 +31,22 @@ impl<K, F, V, P, const D: usize> Default for PairSplitting<K, F, V, P, D> {
 impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>
     PairSplitting<K, F, V, P, D>
 {
-    /// Half a step of drag and noise; `started` is the step at whose start it belongs.
+    /// Half a step of drag and noise, in one sweep or several; `started` is the step at whose start
+    /// it belongs.
     fn exchange(&self, engine: &mut Engine, t: f64, started: u64, direction: Direction) {
         if !F::ON {
             return;
         }
         let draw = u8::from(direction == Direction::Backward);
         let key = SweepKey::new(engine.seed, Stream::PairExchange, started, draw);
+        let sweeps = engine.sweeps;
+        for part in 0..sweeps {
+            self.sweep(engine, t / f64::from(sweeps), key.of_part(part), direction);
+        }
+    }
+
+    /// One sweep over all pairs and links to walls.
+    fn sweep(&self, engine: &mut Engine, t: f64, key: SweepKey, direction: Direction) {
         let process = engine.friction.exchange(t);
         let Engine {
             particles,

@@ -366,6 +366,14 @@ impl Core {
         Ok(())
     }
 
+    /// Other friction coefficients from here on, for fluids without an energy.
+    fn set_friction(&self, py: Python<'_>, across: f64, along: f64) -> PyResult<()> {
+        let mut engine = self.lock()?;
+        engine
+            .set_friction(across, along)
+            .map_err(|e| to_python(py, &e))
+    }
+
     /// Brings derived arrays up to date with what the user wrote.
     fn refresh(&self, py: Python<'_>) -> PyResult<()> {
         self.columns.import(py, &mut *self.lock()?)

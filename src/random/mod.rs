@@ -71,6 +71,13 @@ impl SweepKey {
         self
     }
 
+    /// The key of one of several sweeps of a half step, 0 to 255; 0 is the key of an only one. Steps
+    /// then count modulo 2^40.
+    pub fn of_part(mut self, part: u8) -> Self {
+        self.tail[1] |= u64::from(part) << 8;
+        self
+    }
+
     /// The four words of a pair, the same for (a, b) and (b, a).
     #[inline(always)]
     pub fn pair_words(&self, id_a: u64, id_b: u64) -> [u64; 4] {
@@ -122,6 +129,10 @@ mod tests {
         let image = key.of_image(1);
         assert_ne!(key.pair_words(4, 9), image.pair_words(4, 9));
         assert_eq!(key.tail, key.of_image(0).tail);
+        assert_eq!(key.tail, key.of_part(0).tail);
+        let part = SweepKey::new(7, Stream::PairForce, 3, 1).of_part(255);
+        assert_eq!(part.tail[1], 0xff << 8 | 1 << 16 | 1 << 24);
+        assert_ne!(key.pair_words(4, 9), key.of_part(1).pair_words(4, 9));
         // The label shares its byte with the half step, and nothing else.
         let half = SweepKey::new(7, Stream::PairForce, 3, 1).of_image(127);
         assert_eq!(half.tail[1], 0xff << 16 | 1 << 24);

@@ -6,6 +6,7 @@ The bound is 1e-12 of the rms force (densities: of their mean); trajectories 1e-
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -491,6 +492,26 @@ def test_pair_splitting_trajectory(
         state = pair_splitting_step(state, step, forward, backward)
         assert_same_state(sim, state, tolerance=1e-12 if step == 0 else 1e-10)
     assert np.abs(unwrapped(sim, system) - state.positions).max() < 1e-10
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("noise", ["gaussian", "none"])
+def test_pair_splitting_in_several_sweeps(dimension: int, noise: str) -> None:
+    """With friction that changes between the steps, as compensation does."""
+    system = problem(dimension, noise=noise, dt=0.02)
+    sim = core(system, "pair_splitting", iterations=3)
+    state = system
+    for step, scale in enumerate((1.0, 1.25)):
+        across, along = scale * system.friction_across, scale * system.friction_along
+        sim.set_friction(across, along)
+        state = dataclasses.replace(state, friction_across=across, friction_along=along)
+        forward = np.asarray(sim.pair_order(), dtype=np.int64)
+        sim.run(1, system.dt)
+        backward = np.asarray(sim.pair_order(), dtype=np.int64)[::-1]
+        state = pair_splitting_step(state, step, forward, backward, sweeps=3)
+        assert_same_state(sim, state, tolerance=1e-12 if step == 0 else 1e-10)
+    with pytest.raises(ValueError, match="`friction_across` must be"):
+        sim.set_friction(-1.0, 0.0)
 
 
 @pytest.mark.parametrize(("cells", "support"), BOXES, ids=lambda value: str(value))

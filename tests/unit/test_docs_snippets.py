@@ -10,7 +10,8 @@ SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
 
 
 @pytest.mark.parametrize(
-    "page", ["adding_a_wall", "analysis", "effects", "fields", "performance", "walls"]
+    "page",
+    ["adding_a_wall", "analysis", "effects", "fields", "hard_cases", "performance", "walls"],
 )
 def test_snippets_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

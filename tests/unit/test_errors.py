@@ -40,7 +40,7 @@ CONSTRUCTION = [
     ({"dt": -0.1}, ValueError, "`dt` must be finite and > 0, got -0.1"),
     ({"dt": math.inf}, ValueError, "`dt` must be finite and > 0, got inf"),
     ({"dt": True}, TypeError, "`dt` must be a number (finite and > 0), got True of type bool"),
-    ({"dt": "fast"}, ValueError, "`dt` must be one of 'auto', got 'fast'"),
+    ({"dt": "fast"}, ValueError, "`dt` must be one of 'auto', 'adaptive', got 'fast'"),
     ({"seed": -1}, ValueError, "`seed` must be an integer >= 0, got -1"),
     ({"seed": 2**64}, ValueError, "`seed` must be < 2^64, got 18446744073709551616"),
     ({"seed": 1.0}, TypeError, "`seed` must be an integer >= 0, got 1.0 of type float"),

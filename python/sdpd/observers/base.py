@@ -45,6 +45,7 @@ class Observer:
 
     may_write: ClassVar[bool] = True  # whether `sample` may write positions and velocities
     between_walls: ClassVar[bool] = True  # whether it has a meaning where there are walls
+    needs_equal_steps: ClassVar[bool] = False  # whether its lags or intervals are multiples of dt
 
     def __init__(self, *, every: int | None = None) -> None:
         self.every: int | None = None
@@ -62,8 +63,14 @@ class Observer:
         Raises
         ------
         ValueError
-            If it belongs to another simulation, or has no meaning where there are walls.
+            If it belongs to another simulation, or has no meaning where there are walls or where
+            the time step is adaptive.
         """
+        if sim.adaptive is not None and self.needs_equal_steps:
+            raise ValueError(
+                f"`observe` must not hold a {type(self).__name__} where the time step is adaptive: "
+                "it counts time in equal steps; give the simulation a fixed dt"
+            )
         if sim.scene.walls and not self.between_walls:
             raise ValueError(
                 f"`observe` must not hold a {type(self).__name__} where the scene has walls: it is "

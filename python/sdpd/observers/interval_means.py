@@ -28,6 +28,7 @@ class IntervalMeans(LoopObserver):
     """
 
     between_walls: ClassVar[bool] = False
+    needs_equal_steps: ClassVar[bool] = True
     parts: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, *, every: int | None = None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -36,6 +36,8 @@ class LaggedObserver(LoopObserver):
     levels : int
         The longest lag is ``(points - 1) 2^(levels - 1)`` samples.
     """
+
+    needs_equal_steps: ClassVar[bool] = True
 
     def __init__(self, *, every: int | None, points: int, levels: int) -> None:
         super().__init__(every=every)

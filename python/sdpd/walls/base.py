@@ -187,6 +187,13 @@ def vector_of(name: str, value: Any) -> tuple[float, ...]:
     return numbers
 
 
+def check_extent(name: str, points: Array) -> None:
+    """Refuse coordinates whose fourth powers, products of areas, overflow."""
+    largest = float(np.abs(points).max(initial=0.0))
+    if not largest < 1e75:
+        raise ValueError(f"`{name}` must be within 1e75 of the origin, got {largest:g}")
+
+
 def check_length(name: str, value: tuple[float, ...], box: Box) -> None:
     if len(value) != box.dimension:
         raise ValueError(

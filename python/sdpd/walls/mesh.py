@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from sdpd import optional, running, validation
 from sdpd.box import AXES, Box
 from sdpd.errors import ResolutionWarning
+from sdpd.walls.base import check_extent
 from sdpd.walls.polyline import largest_speed
 from sdpd.walls.shaped import ShapedWall, crossing, merged, tiled
 
@@ -101,7 +102,9 @@ class Mesh(ShapedWall):
         else:
             points = validation.real_array("points", self.points, (None, 3))
             triangles = _whole(self.triangles)
-        points = points * scale + np.asarray(offset)
+        with np.errstate(over="ignore", invalid="ignore"):
+            points = points * scale + np.asarray(offset)
+        check_extent("points", points)
         if not len(triangles):
             raise ValueError("`triangles` must hold at least one, got none")
         points, triangles = _cleaned(points, triangles)

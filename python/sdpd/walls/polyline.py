@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sdpd import running, validation
 from sdpd.box import AXES, Box
+from sdpd.walls.base import check_extent
 from sdpd.walls.shaped import ShapedWall, crossing, merged, tiled
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ class Polyline(ShapedWall):
     def __post_init__(self) -> None:
         super().__post_init__()
         array = validation.real_array("points", self.points, (None, 2))
+        check_extent("points", array)
         object.__setattr__(self, "closed", validation.boolean("closed", self.closed))
         least = 3 if self.closed else 2
         if len(array) < least:

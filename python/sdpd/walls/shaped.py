@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["ROUNDING", "ShapedWall"]
 
 Array = NDArray[np.float64]
+LARGEST_GRID = 1e7  # bricks: their centres alone take 240 MB
 ROUNDING = {2: 0.5 / 16, 3: 0.5 / 6}  # of a support: half a cell of the grid rounds off edges
 
 
@@ -146,6 +148,14 @@ class ShapedWall(Wall):
         threads = validation.integer("threads", threads, minimum=1)
         if spacing is not None:
             spacing = validation.positive("spacing", spacing)
+        cell = spacing or 2.0 * ROUNDING[box.dimension] * support
+        bricks = math.prod(length / (8.0 * cell) + 1.0 for length in box.lengths)
+        if bricks > LARGEST_GRID:
+            raise ValueError(
+                f"`{name}` needs a grid of {bricks:.3g} bricks of 8 cells along each axis, h = "
+                f"{support:.4g} in a box of {box.lengths}, more than {LARGEST_GRID:.0e}: raise the "
+                "spacing or the support"
+            )
         periodic = [axis in box.periodic_axes for axis in AXES[: box.dimension]]
         try:
             field = _core.WallField(

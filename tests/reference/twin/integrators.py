@@ -109,8 +109,17 @@ def pair_splitting_drift(system: System) -> System:
     return moved.at(velocities=velocities + half * conservative_force(moved))
 
 
-def pair_splitting_step(system: System, step: int, forward: Indices, backward: Indices) -> System:
-    """One step of the splitting; `forward` and `backward` are pair orders as they are swept."""
-    swept = exchange_sweep(system, forward, step, 0, 0.5 * system.dt)
-    moved = pair_splitting_drift(swept)
-    return exchange_sweep(moved, backward, step, 1, 0.5 * system.dt)
+def pair_splitting_step(
+    system: System, step: int, forward: Indices, backward: Indices, sweeps: int = 1
+) -> System:
+    """One step of the splitting; `forward` and `backward` are pair orders as they are swept.
+
+    Half a step may be made in several `sweeps`, whose number stands in bits 40 to 47 of the step.
+    """
+    part = 0.5 * system.dt / sweeps
+    for number in range(sweeps):
+        system = exchange_sweep(system, forward, step + (number << 40), 0, part)
+    system = pair_splitting_drift(system)
+    for number in range(sweeps):
+        system = exchange_sweep(system, backward, step + (number << 40), 1, part)
+    return system
