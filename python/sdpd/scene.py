@@ -428,7 +428,7 @@ class Scene(SceneQuantities):
         from sdpd.decisions import contradictions
 
         for text in contradictions(self):
-            warnings.warn(text, RegimeWarning, stacklevel=4)
+            warnings.warn(text, RegimeWarning, stacklevel=5)
 
     def core_arguments(self) -> dict[str, Any]:
         """Physics of the scene as keyword arguments of the compiled core.
