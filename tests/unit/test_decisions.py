@@ -339,8 +339,9 @@ def test_negligible_wall_heat_is_left_out_but_never_ignored():
     ],
 )
 def test_a_setting_that_contradicts_the_regime_warns(scene, words):
-    with pytest.warns(sdpd.RegimeWarning, match=words):
+    with pytest.warns(sdpd.RegimeWarning, match=words) as caught:
         scene()
+    assert __file__ in [each.filename for each in caught]
 
 
 def test_no_warning_without_reason():
