@@ -1,0 +1,47 @@
+"""Variance of the particles' densities in equilibrium, by the time step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sdpd.accuracy.problem import Problem
+from sdpd.accuracy.problems.equilibrium import TAKES, box, settle
+from sdpd.accuracy.settings import Settings
+from sdpd.analysis import Estimate, block_average
+
+if TYPE_CHECKING:
+    from sdpd.simulation import Simulation
+
+TIME = 1000.0  # friction times
+FINE = 0.2  # of the default step, for the reference
+LONGER = 4.0  # so that the reference adds little to the errors
+
+
+def measure(sim: Simulation, settings: Settings) -> Estimate:
+    """Its mean."""
+    tau = settle(sim)
+    every = max(1, round(tau / sim.dt))
+    found: list[float] = []
+    sim.run(
+        time=settings.length * TIME * tau,
+        every=every,
+        callback=lambda s: found.append(float(np.var(s.number_densities))),
+        progress=False,
+    )
+    return block_average(found)
+
+
+DENSITY_VARIANCE = Problem(
+    name="density_variance",
+    title="density fluctuations",
+    error_of="variance of the particles' densities",
+    source="the same fluid at a fifth of the step",
+    scene=box,
+    measure=measure,
+    reference={"step": FINE, "length": LONGER, "integrator": None},
+    base=Settings(across=8, support=2.65, kernel="lucy"),
+    takes=TAKES,
+    noisy=True,
+)

@@ -1,0 +1,160 @@
+"""What a study turns: resolution, support, kernel, time step, integrator, noise, walls, length."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sdpd import kernels, validation
+from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet
+from sdpd.resolution import DEFAULT_KERNEL, DEFAULT_SUPPORT
+from sdpd.wall_models import MODELS
+
+__all__ = ["NAMES", "Settings", "grid"]
+
+PRECISIONS = ("double", "mixed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """One way to run a problem.
+
+    Parameters
+    ----------
+    across : int
+        Particles along the length that the problem resolves.
+    support : float
+        h/dx [1], > 1.
+    kernel : str
+        One of ``sdpd.kernels.names()``.
+    step : float
+        Time step over that of ``dt="auto"`` [1].
+    integrator : {"pair_splitting", "velocity_verlet"}, optional
+        The default of the scene if None.
+    iterations : int
+        Of velocity Verlet.
+    noise : {"uniform", "gaussian"}, optional
+        Variates of velocity Verlet; its own default if None.
+    bookkeeping : bool
+        Where particles have an energy: whether it is kept to rounding.
+    calibrate : bool
+        As of `Scene`.
+    wall_model : str
+        "symmetric_images", "own_foot_images", "completion" or "frozen_particles".
+    precision : {"double", "mixed"}
+        Of the arithmetic of pairs.
+    length : float
+        Of the run, over that of the problem [1].
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the argument, what was expected and what came.
+    """
+
+    across: int = 16
+    support: float = DEFAULT_SUPPORT
+    kernel: str = DEFAULT_KERNEL
+    step: float = 1.0
+    integrator: str | None = None
+    iterations: int = 0
+    noise: str | None = None
+    bookkeeping: bool = True
+    calibrate: bool = False
+    wall_model: str = "symmetric_images"
+    precision: str = "double"
+    length: float = 1.0
+
+    def __post_init__(self) -> None:
+        across = validation.integer("across", self.across, minimum=2)
+        object.__setattr__(self, "across", across)
+        for name in ("support", "step", "length"):
+            object.__setattr__(self, name, validation.positive(name, getattr(self, name)))
+        if self.support <= 1.0:
+            raise ValueError(f"`support` must be > 1, got {self.support:g}")
+        validation.choice("kernel", self.kernel, kernels.names())
+        if self.integrator is not None:
+            names = ("pair_splitting", "velocity_verlet")
+            validation.choice("integrator", self.integrator, names)
+        iterations = validation.integer("iterations", self.iterations, minimum=0)
+        object.__setattr__(self, "iterations", iterations)
+        if self.noise is not None:
+            validation.choice("noise", self.noise, ("uniform", "gaussian"))
+        for name in ("bookkeeping", "calibrate"):
+            object.__setattr__(self, name, validation.boolean(name, getattr(self, name)))
+        validation.choice("wall_model", self.wall_model, list(MODELS))
+        validation.choice("precision", self.precision, PRECISIONS)
+
+    def replace(self, **changes: Any) -> Settings:
+        """A copy with some of them changed."""
+        return dataclasses.replace(self, **changes)
+
+    def make_integrator(self) -> Integrator | None:
+        """The integrator, or None for the default of the scene."""
+        if self.integrator == "velocity_verlet":
+            noise = {} if self.noise is None else {"noise": self.noise}
+            return VelocityVerlet(
+                iterations=self.iterations, energy_bookkeeping=self.bookkeeping, **noise
+            )
+        if self.integrator == "pair_splitting":
+            return PairSplitting(energy_bookkeeping=self.bookkeeping)
+        return None
+
+    def label(self, names: Iterable[str]) -> str:
+        """Those of these names in short: ``"32 across, h/dx 3, lucy"``."""
+        return ", ".join(_SHORT[name](getattr(self, name)) for name in NAMES if name in names)
+
+
+NAMES = tuple(field.name for field in dataclasses.fields(Settings))
+
+_SHORT = {
+    "across": lambda x: f"{x} across",
+    "support": lambda x: f"h/dx {x:g}",
+    "kernel": lambda x: x.replace("_", " "),
+    "step": lambda x: f"{x:g} dt",
+    "integrator": lambda x: (x or "default integrator").replace("_", " "),
+    "iterations": lambda x: f"{x} iterations",
+    "noise": lambda x: f"{x or 'default'} noise",
+    "bookkeeping": lambda x: "books" if x else "no books",
+    "calibrate": lambda x: "calibrated" if x else "not calibrated",
+    "wall_model": lambda x: x.replace("_", " "),
+    "precision": lambda x: f"{x} precision",
+    "length": lambda x: f"{x:g} times as long",
+}
+
+
+def grid(base: Settings | None = None, **axes: Sequence[Any]) -> tuple[Settings, ...]:
+    """All combinations of the given values.
+
+    Parameters
+    ----------
+    base : Settings, optional
+        What is not given; the default settings if None.
+    **axes
+        Names of settings, each with its values.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a name is unknown, or its values are none or bad.
+
+    Examples
+    --------
+    >>> from sdpd import accuracy
+    >>> [s.support for s in accuracy.grid(across=(8, 16), support=(2.6, 3.0))]
+    [2.6, 3.0, 2.6, 3.0]
+    """
+    base = Settings() if base is None else base
+    validation.instance("base", base, Settings, "sdpd.accuracy.Settings")
+    for name, values in axes.items():
+        if name not in NAMES:
+            raise TypeError(f"settings are {', '.join(NAMES)}; got {name!r}")
+        if isinstance(values, str) or not isinstance(values, Sequence) or not values:
+            raise TypeError(f"`{name}` must be a sequence of at least one value, got {values!r}")
+    return tuple(
+        base.replace(**dict(zip(axes, values, strict=True)))
+        for values in itertools.product(*axes.values())
+    )
