@@ -99,6 +99,7 @@ class AccuracyCost:
         long = shown(self.time / self.runs, "s", si=si)
         length = long if self.runs == 1 else f"{self.runs} runs of {long}"
         speed = "measured here" if self.speed.measured else "not measured, a rough estimate"
+        factor = f"within a factor {self.uncertainty:.1f} (speed of a step: {speed})"
         rows = [
             ["  particles", f"{scene.n_particles}, spacing {shown(scene.spacing, 'm', si=si)}"],
             ["  kernel", f"{kernel}, h/dx = {resolution.support:g}{calibrated}"],
@@ -112,11 +113,7 @@ class AccuracyCost:
             rows.append(["  sampling", f"{self.sampling:.2%}, one standard error"])
         rows += [
             ["  length", f"{length}, {self.steps} steps"],
-            [
-                "  time",
-                f"{_clock(self.seconds)} on one core, within a factor {self.uncertainty:.1f} "
-                f"(speed of a step: {speed})",
-            ],
+            ["  time", f"{_clock(self.seconds)} on one core, {factor}"],
         ]
         name = self.quantity.replace("_", " ")
         return f"cheapest settings for an error of {self.error:.3g} of the {name}\n" + table(rows)
@@ -320,9 +317,7 @@ def _ladder(edge: float, ratio: float, reach: Sequence[float]) -> list[int]:
     return found or [low]
 
 
-def _at(
-    scene: Scene, spacing: float, kernel: str, support: float, calibrate: bool
-) -> Scene | None:
+def _at(scene: Scene, spacing: float, kernel: str, support: float, calibrate: bool) -> Scene | None:
     """The scene at a resolution, if it is possible there without particles that clump."""
     kind: dict[str, Any] = {"support": support, "kernel": kernel}
     if isinstance(scene.start, LatticeStart):

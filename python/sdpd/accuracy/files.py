@@ -89,5 +89,7 @@ def _plain(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _row(document: dict[str, Any]) -> Row:
-    values = {key: math.inf if value == "inf" else value for key, value in document.items()}
+    values: dict[str, Any] = {
+        key: math.inf if value == "inf" else value for key, value in document.items()
+    }
     return Row(**{**values, "settings": Settings(**document["settings"])})

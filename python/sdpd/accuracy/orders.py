@@ -143,9 +143,7 @@ def fit(points: Sequence[Point], held_out: Sequence[Point], supports: ArrayLike)
             best = result
     numbers = best.x.tolist()
     others = held_out or points
-    away = np.abs(
-        np.log(_error(best.x, nodes, *_columns(others)) / [p.error for p in others])
-    )
+    away = np.abs(np.log(_error(best.x, nodes, *_columns(others)) / [p.error for p in others]))
     return Orders(
         viscosity=numbers[0],
         amplitude=numbers[1],
@@ -169,11 +167,14 @@ def _document() -> Mapping[str, Any]:
 
 def load_orders(problem: str) -> dict[str, Orders]:
     """Those that the package comes with, by kernel; empty for a problem without."""
-    table = _document()["orders"].get(problem, {})
-    return {
-        kernel: Orders(**{k: tuple(v) if isinstance(v, list) else v for k, v in each.items()})
-        for kernel, each in table.items()
-    }
+    table: dict[str, dict[str, Any]] = _document()["orders"].get(problem, {})
+    found = {}
+    for kernel, each in table.items():
+        values: dict[str, Any] = {
+            k: tuple(v) if isinstance(v, list) else v for k, v in each.items()
+        }
+        found[kernel] = Orders(**values)
+    return found
 
 
 def sampling_constant(quantity: str) -> tuple[float, float]:

@@ -40,7 +40,8 @@ class Problem:
         :class:`~sdpd.analysis.Estimate`, with a standard error of 0 where there is no noise.
     reference : callable or mapping, optional
         What is right: a function of the scene (closed form, equilibrium value), or the settings to
-        change for a finer run, which is then run first. None if `measure` returns the error itself
+        change for a finer run (a value, or a function of the present one), which is then run first.
+        None if `measure` returns the error itself
         (the rms deviation of a profile, the drift of what should be conserved).
     base : Settings
         What is not turned.
@@ -104,13 +105,25 @@ class Problem:
         for name in self.takes:
             validation.choice("takes", name, NAMES)
         if isinstance(self.reference, Mapping):
-            self.check(self.base.replace(**self.reference))
-        elif self.reference is not None and not callable(self.reference):
+            self.check(self.finer(self.base))
+            return
+        given: Any = self.reference
+        if given is not None and not callable(given):
             expected = "a function of the scene, a mapping of settings or None"
-            raise TypeError(f"`reference` must be {expected}, got {self.reference!r}")
+            raise TypeError(f"`reference` must be {expected}, got {given!r}")
+
+    def finer(self, settings: Settings) -> Settings:
+        """Settings of the finer run that is the reference, or the same if another one is."""
+        changes = self.reference if isinstance(self.reference, Mapping) else {}
+        return settings.replace(
+            **{
+                name: value(getattr(settings, name)) if callable(value) else value
+                for name, value in changes.items()
+            }
+        )
 
     def check(self, settings: Settings) -> None:
-        """Raise ValueError where settings differ from the base in what the problem does not take."""
+        """Raise ValueError where settings differ from the base and the problem takes none."""
         for name in NAMES:
             given, usual = getattr(settings, name), getattr(self.base, name)
             if name not in self.takes and given != usual:

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sdpd.accuracy.pareto import pareto
+from sdpd.accuracy.front import pareto
 from sdpd.accuracy.problem import Problem
 from sdpd.accuracy.row import UNITS, Row
 from sdpd.accuracy.settings import NAMES

@@ -130,11 +130,11 @@ def run_setting(
 
 def _failed(settings: Settings, note: str) -> Row:
     """A row without a result."""
-    numbers = dict.fromkeys(UNITS, 0) | {"error": math.inf, "bias": math.inf}
+    numbers: dict[str, Any] = dict.fromkeys(UNITS, 0) | {"error": math.inf, "bias": math.inf}
     return Row(settings=settings, note=note, **numbers)
 
 
-def _errors(values: Sequence[Estimate], right: Estimate) -> dict[str, float]:
+def _errors(values: Sequence[Estimate], right: Estimate) -> dict[str, Any]:
     """Error, bias and sampling from the values of all seeds; relative unless right is 0."""
     unit = abs(right.value) or 1.0
     deviations = np.array([(each.value - right.value) / unit for each in values])

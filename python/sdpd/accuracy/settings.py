@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,9 +95,10 @@ class Settings:
     def make_integrator(self) -> Integrator | None:
         """The integrator, or None for the default of the scene."""
         if self.integrator == "velocity_verlet":
-            noise = {} if self.noise is None else {"noise": self.noise}
             return VelocityVerlet(
-                iterations=self.iterations, energy_bookkeeping=self.bookkeeping, **noise
+                iterations=self.iterations,
+                energy_bookkeeping=self.bookkeeping,
+                noise=self.noise or VelocityVerlet.noise,
             )
         if self.integrator == "pair_splitting":
             return PairSplitting(energy_bookkeeping=self.bookkeeping)
@@ -110,7 +111,7 @@ class Settings:
 
 NAMES = tuple(field.name for field in dataclasses.fields(Settings))
 
-_SHORT = {
+_SHORT: dict[str, Callable[[Any], str]] = {
     "across": lambda x: f"{x} across",
     "support": lambda x: f"h/dx {x:g}",
     "kernel": lambda x: x.replace("_", " "),
@@ -147,14 +148,15 @@ def grid(base: Settings | None = None, **axes: Sequence[Any]) -> tuple[Settings,
     >>> [s.support for s in accuracy.grid(across=(8, 16), support=(2.6, 3.0))]
     [2.6, 3.0, 2.6, 3.0]
     """
-    base = Settings() if base is None else base
-    validation.instance("base", base, Settings, "sdpd.accuracy.Settings")
+    start = Settings() if base is None else base
+    validation.instance("base", start, Settings, "sdpd.accuracy.Settings")
     for name, values in axes.items():
         if name not in NAMES:
             raise TypeError(f"settings are {', '.join(NAMES)}; got {name!r}")
-        if isinstance(values, str) or not isinstance(values, Sequence) or not values:
+        given: Any = values
+        if isinstance(given, str) or not isinstance(given, Sequence) or not given:
             raise TypeError(f"`{name}` must be a sequence of at least one value, got {values!r}")
     return tuple(
-        base.replace(**dict(zip(axes, values, strict=True)))
+        start.replace(**dict(zip(axes, values, strict=True)))
         for values in itertools.product(*axes.values())
     )

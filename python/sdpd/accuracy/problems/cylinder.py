@@ -35,7 +35,7 @@ def scene(settings: Settings) -> Scene:
     return Scene(
         fluid=fluids.water().in_plane(1.0),
         box=Box((LENGTH, LENGTH)),
-        walls=[Cylinder(radius=RADIUS, centre=(LENGTH / 2, LENGTH / 2))],
+        walls=(Cylinder(radius=RADIUS, centre=(LENGTH / 2, LENGTH / 2)),),
         wall_model=MODELS[settings.wall_model](),
         resolution=Resolution(
             spacing=LENGTH / settings.across, support=settings.support, kernel=settings.kernel

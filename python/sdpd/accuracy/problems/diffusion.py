@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sdpd.accuracy.problem import Problem
-from sdpd.accuracy.problems.equilibrium import TAKES, box, settle
+from sdpd.accuracy.problems.equilibrium import TAKES, box, mean, settle
 from sdpd.accuracy.settings import Settings
-from sdpd.analysis import Estimate, block_average
+from sdpd.analysis import Estimate
 
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
@@ -26,7 +26,7 @@ def measure(sim: Simulation, settings: Settings) -> Estimate:
         callback=lambda s: found.append(unit / s.friction_rate()),
         progress=False,
     )
-    return block_average(found)
+    return mean(found)
 
 
 DIFFUSION = Problem(

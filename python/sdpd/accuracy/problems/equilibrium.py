@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sdpd.accuracy.settings import Settings
+from sdpd.analysis import Estimate, block_average
 from sdpd.box import Box
 from sdpd.effects import Effects
 from sdpd.equations_of_state import IdealGas
@@ -16,7 +21,7 @@ from sdpd.scene import Scene
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
-__all__ = ["TAKES", "box", "settle"]
+__all__ = ["TAKES", "box", "mean", "settle"]
 
 TAKES = ("support", "kernel", "step", "integrator", "iterations", "noise", "precision", "length")
 VISCOSITY = 20.0
@@ -27,18 +32,18 @@ SETTLING = 60.0  # friction times
 def box(settings: Settings, *, capacity: float | None = None, dimension: int = 3) -> Scene:
     """A cube; with a heat capacity [kB a particle] its particles have an energy."""
     n = settings.across
-    heat = {}
+    fluid = Fluid(
+        density=1.0,
+        shear_viscosity=VISCOSITY,
+        temperature=1.0,
+        boltzmann_constant=1.0,
+        equation_of_state=IdealGas(),
+    )
     if capacity is not None:
-        heat = {"heat_capacity": capacity, "thermal_conductivity": 1.11 * VISCOSITY * capacity}
+        conductivity = 1.11 * VISCOSITY * capacity
+        fluid = fluid.replace(heat_capacity=capacity, thermal_conductivity=conductivity)
     return Scene(
-        fluid=Fluid(
-            density=1.0,
-            shear_viscosity=VISCOSITY,
-            temperature=1.0,
-            boltzmann_constant=1.0,
-            equation_of_state=IdealGas(),
-            **heat,
-        ),
+        fluid=fluid,
         box=Box((float(n),) * dimension),
         resolution=Resolution(spacing=1.0, support=settings.support, kernel=settings.kernel),
         start=RandomStart(relax_steps=100),
@@ -52,3 +57,8 @@ def settle(sim: Simulation) -> float:
     tau = sim.scene.friction_time
     sim.run(time=SETTLING * tau, progress=False)
     return tau
+
+
+def mean(series: Sequence[float] | NDArray[np.float64]) -> Estimate:
+    """Of a series in time, by 32 blocks where there are as many values."""
+    return block_average(series, n_blocks=min(32, len(series)))

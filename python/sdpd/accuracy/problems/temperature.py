@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sdpd.accuracy.problem import Problem
-from sdpd.accuracy.problems.equilibrium import TAKES, box, settle
+from sdpd.accuracy.problems.equilibrium import TAKES, box, mean, settle
 from sdpd.accuracy.settings import Settings
-from sdpd.analysis import Estimate, block_average
+from sdpd.analysis import Estimate
 from sdpd.observers import Thermodynamics
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def measure(sim: Simulation, settings: Settings) -> Estimate:
     every = max(1, round(0.5 * tau / sim.dt))
     thermo = Thermodynamics(every=every)
     sim.run(time=settings.length * TIME * tau, observe=thermo, progress=False)
-    return block_average(thermo["temperature"])
+    return mean(thermo["temperature"])
 
 
 TEMPERATURE = Problem(

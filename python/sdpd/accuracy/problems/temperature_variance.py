@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdpd.accuracy.problem import Problem
-from sdpd.accuracy.problems.equilibrium import box, settle
+from sdpd.accuracy.problems.equilibrium import box, mean, settle
 from sdpd.accuracy.settings import Settings
-from sdpd.analysis import Estimate, block_average
+from sdpd.analysis import Estimate
 from sdpd.scene import Scene
 from sdpd.theory import EnergyShell
 
@@ -37,7 +37,7 @@ def measure(sim: Simulation, settings: Settings) -> Estimate:
     every = max(1, round(tau / sim.dt))
     time = settings.length * TIME * tau
     sim.run(time=time, every=every, callback=sample, progress=False)
-    return block_average(found)
+    return mean(found)
 
 
 def _shell(made: Scene) -> EnergyShell:

@@ -131,10 +131,9 @@ class _Runner:
 
     def _reference(self, settings: Settings) -> Estimate | None:
         """By the finer run, if that is the reference; with a seed of its own."""
-        changes = self._problem.reference
-        if not isinstance(changes, Mapping):
+        if not isinstance(self._problem.reference, Mapping):
             return None
-        finer = settings.replace(**changes)
+        finer = self._problem.finer(settings)
         if finer not in self._finer:
             sim = self._problem.simulation(finer, seed=max(self._seeds) + 1)
             self._finer[finer] = self._problem.measure(sim, finer)
