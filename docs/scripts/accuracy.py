@@ -183,9 +183,9 @@ def points(study: Study, kernel: str) -> list[Point]:
     for row in study.rows:
         if row.settings.kernel != kernel or not 0.0 < row.error < math.inf:
             continue
-        scene = study.problem.simulation(row.settings).scene
-        _, length, _ = flow_orders(scene)
-        point = flow_point(scene, length)
+        sim = study.problem.simulation(row.settings)
+        _, length, _ = flow_orders(sim.scene)
+        point = flow_point(sim.scene, length, sim.dt, sim.integrator)
         found.append(replace(point, error=row.error))
     return found
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from sdpd import timestep, validation
@@ -19,6 +21,7 @@ from sdpd.accuracy.expectation import (
     flow_point,
     sampled_time,
 )
+from sdpd.accuracy.orders import Orders, Point
 from sdpd.accuracy.speed import Speed, speed_of
 from sdpd.box import AXES
 from sdpd.errors import SdpdWarning
@@ -98,6 +101,7 @@ class AccuracyCost:
         calibrated = ", calibrated" if scene.calibrate else ""
         long = shown(self.time / self.runs, "s", si=si)
         length = long if self.runs == 1 else f"{self.runs} runs of {long}"
+        after = ", after the start is forgotten" if self.sampling else ""
         speed = "measured here" if self.speed.measured else "not measured, a rough estimate"
         factor = f"within a factor {self.uncertainty:.1f} (speed of a step: {speed})"
         rows = [
@@ -110,9 +114,9 @@ class AccuracyCost:
             ],
         ]
         if self.sampling:
-            rows.append(["  sampling", f"{self.sampling:.2%}, one standard error"])
+            rows.append(["  sampling", f"{self.sampling:.2%}, one standard error of all runs"])
         rows += [
-            ["  length", f"{length}, {self.steps} steps"],
+            ["  length", f"{length}, {self.steps} steps{after}"],
             ["  time", f"{_clock(self.seconds)} on one core, {factor}"],
         ]
         name = self.quantity.replace("_", " ")
@@ -174,7 +178,7 @@ def advise(
     -----
     For a flow resolution, kernel, support and calibration are chosen, from fits to studies of
     :mod:`sdpd.accuracy`. In equilibrium particles, kernel and support stay, since they are the
-    fluid; integrator and step are chosen.
+    fluid; integrator and step are chosen. The time until a start is forgotten does not count.
     """
     error = validation.positive("error", error)
     if error >= 1.0:
@@ -256,65 +260,62 @@ def _flows(
 ) -> Iterator[Candidate]:
     """For each kernel, support and calibration the coarsest resolution that will do."""
     name, length, orders = flow_orders(scene)
-    axis = AXES.index(edge_axis(scene))
+    source = f"study {name!r}{', which has no noise' * scene.active_effects.fluctuations}"
     for kernel, known in orders.items():
         for support in _SUPPORTS:
             if not known.supports[0] <= support <= known.supports[-1]:
                 continue
-            for calibrate in {scene.calibrate, True}:
-                made = _coarsest(scene, kernel, support, calibrate, axis, limit, length, known)
-                if made is None:
-                    continue
-                expected = Expected(
-                    bias=known.error(flow_point(made, length)),
-                    factor=known.worst,
-                    source=f"{known.fitted} runs of the study {name!r}",
-                )
-                chosen = of_scene(made, integrator)
-                dt = timestep.auto_time_step(made, chosen, **accuracy).value
-                yield made, chosen, dt, expected
+            for calibrate in sorted({scene.calibrate, True}):
+                make = partial(_at, scene, kernel=kernel, support=support, calibrate=calibrate)
+
+                def timed(made: Scene) -> tuple[Integrator, float, Point]:
+                    chosen = of_scene(made, integrator)
+                    dt = timestep.auto_time_step(made, chosen, **accuracy).value
+                    return chosen, dt, flow_point(made, length, dt, chosen)
+
+                made = _coarsest(make, timed, _numbers(scene, support, length, known), known, limit)
+                if made is not None:
+                    chosen, dt, point = timed(made)
+                    bias = known.error(point)
+                    yield made, chosen, dt, Expected(bias=bias, factor=known.worst, source=source)
 
 
 def _coarsest(
-    scene: Scene,
-    kernel: str,
-    support: float,
-    calibrate: bool,
-    axis: int,
+    make: Callable[[float], Scene | None],
+    timed: Callable[[Scene], tuple[Integrator, float, Point]],
+    spacings: Sequence[float],
+    known: Orders,
     limit: float,
-    length: float,
-    known: Any,
 ) -> Scene | None:
-    """The scene at the coarsest resolution from which on the bias stays within the limit."""
-    edge = scene.box.lengths[axis]
-    ladder = _ladder(edge, support * edge / length, known.reach)
-    probe = next(
-        (s for n in ladder[::-1] if (s := _at(scene, edge / n, kernel, support, calibrate))), None
-    )
+    """The scene at the coarsest spacing from which on the bias stays within the limit.
+
+    The finest possible one, for the text of the refusal, if there is none; None if the scene is
+    impossible at all of them.
+    """
+    probe = next((made for made in map(make, spacings) if made is not None), None)
     if probe is None:
         return None
-    point = flow_point(probe, length)
-    best: Scene | None = None
-    for n in ladder[::-1]:
-        reach = support * edge / n / length
-        expected = known.error(type(point)(deficit=point.deficit, reach=reach, support=support))
-        if expected > limit:
-            break
-        best = _at(scene, edge / n, kernel, support, calibrate) or best
-    if best is None:  # for the text of the refusal
-        return probe
-    return best
+    point = timed(probe)[2]  # at other spacings h/L alone differs
+    enough = list(
+        takewhile(
+            lambda s: known.error(replace(point, reach=point.reach * s / probe.spacing)) <= limit,
+            spacings,
+        )
+    )
+    return next((made for made in map(make, enough[::-1]) if made is not None), probe)
 
 
-def _ladder(edge: float, ratio: float, reach: Sequence[float]) -> list[int]:
-    """Numbers of particles across, coarsest first: as coarse as fitted, somewhat finer at most."""
-    low = max(_FEWEST, math.ceil(ratio / reach[1]))
-    high = min(_MOST, math.floor(4.0 * ratio / reach[0]))
-    found, n = [], float(low)
-    while n <= high:
-        found.append(round(n))
+def _numbers(scene: Scene, support: float, length: float, known: Orders) -> list[float]:
+    """Spacings, finest first: as coarse as was fitted at most, and somewhat finer than that."""
+    edge = scene.box.lengths[AXES.index(edge_axis(scene))]
+    ratio = support * edge / length
+    low = max(_FEWEST, math.ceil(ratio / known.reach[1]))
+    high = min(_MOST, math.floor(4.0 * ratio / known.reach[0]))
+    counts, n = [low], float(low)
+    while n < high:
         n = max(n + 1.0, 1.06 * n)
-    return found or [low]
+        counts.append(round(n))
+    return [edge / count for count in counts[::-1]]
 
 
 def _at(scene: Scene, spacing: float, kernel: str, support: float, calibrate: bool) -> Scene | None:

@@ -79,10 +79,25 @@ def flow_orders(scene: Scene) -> tuple[str, float, dict[str, Orders]]:
     return name, length, load_orders(name)
 
 
-def flow_point(scene: Scene, length: float) -> Point:
-    """A scene as its fit sees it."""
+def flow_point(scene: Scene, length: float, dt: float, integrator: Integrator) -> Point:
+    """A scene as its fit sees it; what a large step takes from the viscosity counts like the rest.
+
+    Parameters
+    ----------
+    scene : Scene
+    length : float
+        That `flow_orders` gives [length].
+    dt : float
+        Time step [time].
+    integrator : Integrator
+
+    Returns
+    -------
+    Point
+    """
+    lost = timestep.expected_errors(scene, dt, integrator).viscosity or 0.0
     return Point(
-        deficit=1.0 - scene.factors.viscosity / scene.calibration,
+        deficit=1.0 - scene.factors.viscosity / scene.calibration * (1.0 + lost),
         reach=scene.support_radius / length,
         support=scene.resolution.support,
     )

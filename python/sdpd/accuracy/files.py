@@ -57,7 +57,7 @@ class Store:
                 document = json.loads(line)
                 row = _row(document["row"])
                 same = {name: document[name] for name in self._common} == self._common
-            except (ValueError, KeyError, TypeError) as error:
+            except (ValueError, KeyError, TypeError, AttributeError) as error:
                 raise ValueError(
                     f"{self.path}, line {number}: expected a row of a study, got {line[:40]!r} "
                     f"({error})"

@@ -137,13 +137,13 @@ class Problem:
         from sdpd.simulation import Simulation
 
         options: dict[str, Any] = {"seed": seed, "threads": 1}
-        options["integrator"] = settings.make_integrator()
         if settings.precision != PRECISIONS[0]:
             options["precision"] = settings.precision
         with warnings.catch_warnings():
             for kind in (PairingWarning, ResolutionWarning, TimeStepWarning):
                 warnings.simplefilter("ignore", kind)
-            sim = Simulation(self.scene(settings), **options)
+            scene = self.scene(settings)
+            sim = Simulation(scene, integrator=settings.make_integrator(scene), **options)
             if settings.step != 1.0:
                 sim.dt = settings.step * sim.dt
         return sim

@@ -6,12 +6,15 @@ import dataclasses
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sdpd import kernels, validation
-from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet
+from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet, of_scene
 from sdpd.resolution import DEFAULT_KERNEL, DEFAULT_SUPPORT
 from sdpd.wall_models import MODELS
+
+if TYPE_CHECKING:
+    from sdpd.scene import Scene
 
 __all__ = ["NAMES", "Settings", "grid"]
 
@@ -92,17 +95,27 @@ class Settings:
         """A copy with some of them changed."""
         return dataclasses.replace(self, **changes)
 
-    def make_integrator(self) -> Integrator | None:
-        """The integrator, or None for the default of the scene."""
-        if self.integrator == "velocity_verlet":
+    def make_integrator(self, scene: Scene) -> Integrator:
+        """The integrator, for a scene that may choose it.
+
+        Raises
+        ------
+        ValueError
+            If `iterations` or `noise` are for another one.
+        """
+        name = self.integrator or of_scene(scene).name
+        if name == VelocityVerlet.name:
             return VelocityVerlet(
                 iterations=self.iterations,
                 energy_bookkeeping=self.bookkeeping,
                 noise=self.noise or VelocityVerlet.noise,
             )
-        if self.integrator == "pair_splitting":
-            return PairSplitting(energy_bookkeeping=self.bookkeeping)
-        return None
+        if self.iterations or self.noise not in (None, PairSplitting.noise):
+            raise ValueError(
+                "`iterations` and `noise` must not be given for the pair splitting, got "
+                f"{self.iterations} and {self.noise!r}; name integrator='velocity_verlet'"
+            )
+        return PairSplitting(energy_bookkeeping=self.bookkeeping)
 
     def label(self, names: Iterable[str]) -> str:
         """Those of these names in short: ``"32 across, h/dx 3, lucy"``."""
