@@ -396,5 +396,5 @@ def test_problems_need_not_be_loaded_for_the_command_line():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
     assert "study" in dir(sdpd.accuracy)
-    with pytest.raises(AttributeError, match="'sdpd.accuracy' has no attribute 'studies'"):
+    with pytest.raises(AttributeError, match=r"'sdpd\.accuracy' has no attribute 'studies'"):
         accuracy.studies  # noqa: B018

@@ -303,11 +303,11 @@ def test_bad_questions(channel, options, text):
 
 
 def test_scenes_no_study_speaks_of(channel, fluid):
-    with pytest.raises(ValueError, match="`scene.wall_model` must be SymmetricImages"):
+    with pytest.raises(ValueError, match=r"`scene\.wall_model` must be SymmetricImages"):
         channel.replace(wall_model=sdpd.OwnFootImages()).cost(error=0.01, measure=False)
     with pytest.raises(ValueError, match="`quantity` must be another"):
         fluid.cost(error=0.01, quantity="temperature_variance", measure=False)
-    with pytest.raises(ValueError, match="at least 0.1"):
+    with pytest.raises(ValueError, match=r"at least 0\.1"):
         fluid.cost(error=0.01, quantity="diffusion", measure=False)
     silent = PROBLEMS["temperature_variance"].scene(Settings(across=16))
     silent = silent.replace(effects=sdpd.Effects(energy=True, fluctuations=False))

@@ -8,6 +8,7 @@ import sys
 import time
 import warnings
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -274,6 +275,7 @@ def cache_file() -> Path:
     return folder / "sdpd" / "speed.json"
 
 
+@lru_cache(maxsize=1)
 def _machine() -> str:
     """Processor, its instructions and the version of this package."""
     from sdpd import __version__
