@@ -379,7 +379,7 @@ def test_command_runs_a_study(tmp_path, capsys):
     options = ["--across", "8,12", "--calibrate", "yes,no", "--no-progress"]
     folders = ["-o", str(tmp_path), "--store", str(tmp_path / "kept")]
     assert cli.main(["accuracy", "couette", *options, *folders]) == 0
-    assert "8 across, not calibrated" in capsys.readouterr().out
+    assert "8 across, calibrated" in capsys.readouterr().out
     assert (tmp_path / "accuracy_couette.csv").exists()
     assert (tmp_path / "kept" / "couette.jsonl").exists()
     assert cli.main(["accuracy", "poiseuille", "--across", "8", "--step", "8"]) == 1

@@ -13,7 +13,6 @@ from sdpd.drawing import BLUE, ORANGE, VERMILION, figure_or_new, save
 __all__ = ["plot", "write_figure"]
 
 _SIZE = (6.4, 4.4)  # inch
-_LABELS = 8  # of the front, at most
 _FLOOR = 1e-16
 
 
@@ -73,14 +72,7 @@ def plot(study: Study, axes: Any = None, *, z: float = 2.0) -> Any:
         linewidth=1.0,
         label="front",
     )
-    for row in front[:: math.ceil(len(front) / _LABELS) or 1]:
-        axes.annotate(
-            study.label(row),
-            (row.seconds, max(row.error, _FLOOR)),
-            xytext=(5, 4),
-            textcoords="offset points",
-            fontsize=6.5,
-        )
+    axes.margins(x=0.15)
     axes.set(
         xscale="log",
         yscale="log",
@@ -88,11 +80,27 @@ def plot(study: Study, axes: Any = None, *, z: float = 2.0) -> Any:
         ylabel="relative error [1]",
         title=study.problem.title,
     )
+    _label(study, axes, front)
     if noisy:
         axes.legend(fontsize=7)
     axes.grid(color="0.9", linewidth=0.7)
     axes.set_axisbelow(True)
     return axes
+
+
+def _label(study: Study, axes: Any, front: Any) -> None:
+    """Names beside the front, but where there is no room for them."""
+    taken: list[tuple[float, float]] = []
+    width, height = axes.transAxes.transform((1.0, 1.0)) - axes.transAxes.transform((0.0, 0.0))
+    for row in front:
+        place = (row.seconds, max(row.error, _FLOOR))
+        x, y = axes.transData.transform(place)
+        if any(abs(x - a) < 0.35 * width and abs(y - b) < 0.035 * height for a, b in taken):
+            continue
+        taken.append((x, y))
+        axes.annotate(
+            study.label(row), place, xytext=(5, 4), textcoords="offset points", fontsize=6.5
+        )
 
 
 def _bars(rows: Any, side: int) -> list[float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 from sdpd import validation
@@ -138,6 +139,8 @@ class Problem:
 
         options: dict[str, Any] = {"seed": seed, "threads": 1}
         if settings.precision != PRECISIONS[0]:
+            if "precision" not in signature(Simulation).parameters:
+                raise ValueError(f"`precision` must be 'double' here, got {settings.precision!r}")
             options["precision"] = settings.precision
         with warnings.catch_warnings():
             for kind in (PairingWarning, ResolutionWarning, TimeStepWarning):

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Study", "write"]
 
+_MAIN = ("across", "support", "kernel", "step", "integrator", "bookkeeping", "calibrate")
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Study:
@@ -48,8 +50,13 @@ class Study:
         )
 
     def label(self, row: Row) -> str:
-        """What sets a row apart, in words."""
-        return row.settings.label(self.varied)
+        """What sets a row apart, in words: the main settings, and others where they are unusual."""
+        base = self.problem.base
+        return row.settings.label(
+            name
+            for name in self.varied
+            if name in _MAIN or getattr(row.settings, name) != getattr(base, name)
+        )
 
     def pareto(self, *, z: float = 2.0) -> tuple[Row, ...]:
         """Settings worth their time, cheapest first; see :func:`sdpd.accuracy.pareto`."""

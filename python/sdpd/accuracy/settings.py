@@ -119,7 +119,9 @@ class Settings:
 
     def label(self, names: Iterable[str]) -> str:
         """Those of these names in short: ``"32 across, h/dx 3, lucy"``."""
-        return ", ".join(_SHORT[name](getattr(self, name)) for name in NAMES if name in names)
+        chosen = set(names)
+        words = (_SHORT[name](getattr(self, name)) for name in NAMES if name in chosen)
+        return ", ".join(filter(None, words))
 
 
 NAMES = tuple(field.name for field in dataclasses.fields(Settings))
@@ -128,15 +130,15 @@ _SHORT: dict[str, Callable[[Any], str]] = {
     "across": lambda x: f"{x} across",
     "support": lambda x: f"h/dx {x:g}",
     "kernel": lambda x: x.replace("_", " "),
-    "step": lambda x: f"{x:g} dt",
-    "integrator": lambda x: (x or "default integrator").replace("_", " "),
+    "step": lambda x: f"dt × {x:g}",
+    "integrator": lambda x: {"pair_splitting": "splitting", "velocity_verlet": "Verlet"}.get(x, ""),
     "iterations": lambda x: f"{x} iterations",
-    "noise": lambda x: f"{x or 'default'} noise",
+    "noise": lambda x: f"{x} noise" if x else "",
     "bookkeeping": lambda x: "books" if x else "no books",
-    "calibrate": lambda x: "calibrated" if x else "not calibrated",
+    "calibrate": lambda x: "calibrated" if x else "",
     "wall_model": lambda x: x.replace("_", " "),
     "precision": lambda x: f"{x} precision",
-    "length": lambda x: f"{x:g} times as long",
+    "length": lambda x: f"length {x:g}",
 }
 
 

@@ -40,8 +40,12 @@ DENSITY_VARIANCE = Problem(
     source="the same fluid at a fifth of the step",
     scene=box,
     measure=measure,
-    reference={"step": FINE, "length": lambda length: LONGER * length, "integrator": None},
-    base=Settings(across=8, support=2.65, kernel="lucy"),
+    reference={
+        "step": FINE,
+        "length": lambda length: LONGER * length,
+        "integrator": "pair_splitting",
+    },
+    base=Settings(across=8, support=2.65, kernel="lucy", integrator="pair_splitting"),
     takes=TAKES,
     noisy=True,
 )

@@ -37,7 +37,7 @@ DIFFUSION = Problem(
     scene=box,
     measure=measure,
     reference=lambda made: made.self_diffusion_continuum,
-    base=Settings(across=10, support=2.65, kernel="lucy"),
+    base=Settings(across=10, support=2.65, kernel="lucy", integrator="pair_splitting"),
     takes=TAKES,
     noisy=True,
 )

@@ -39,7 +39,7 @@ ENERGY_SLOPE = Problem(
     source="conservation of energy",
     scene=scene,
     measure=measure,
-    base=Settings(across=16, support=2.65, kernel="lucy"),
+    base=Settings(across=16, support=2.65, kernel="lucy", integrator="pair_splitting"),
     takes=("support", "kernel", "step", "integrator", "bookkeeping", "precision", "length"),
     noisy=True,
 )

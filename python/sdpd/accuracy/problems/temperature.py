@@ -33,7 +33,7 @@ TEMPERATURE = Problem(
     scene=box,
     measure=measure,
     reference=lambda made: made.fluid.temperature,
-    base=Settings(across=8, support=2.65, kernel="lucy"),
+    base=Settings(across=8, support=2.65, kernel="lucy", integrator="pair_splitting"),
     takes=TAKES,
     noisy=True,
 )

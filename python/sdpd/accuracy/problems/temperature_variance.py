@@ -52,7 +52,7 @@ TEMPERATURE_VARIANCE = Problem(
     scene=scene,
     measure=measure,
     reference=lambda made: _shell(made).variance,
-    base=Settings(across=16, support=2.65, kernel="lucy"),
+    base=Settings(across=16, support=2.65, kernel="lucy", integrator="pair_splitting"),
     takes=("support", "kernel", "step", "integrator", "bookkeeping", "precision", "length"),
     noisy=True,
 )
