@@ -22,7 +22,7 @@ from sdpd.accuracy.expectation import (
     sampled_time,
 )
 from sdpd.accuracy.orders import Orders, Point
-from sdpd.accuracy.speed import Speed, speed_of
+from sdpd.accuracy.speed import Speed, kind_of_step, speed_of
 from sdpd.box import AXES
 from sdpd.errors import SdpdWarning
 from sdpd.initial import LatticeStart
@@ -179,6 +179,13 @@ def advise(
     For a flow resolution, kernel, support and calibration are chosen, from fits to studies of
     :mod:`sdpd.accuracy`. In equilibrium particles, kernel and support stay, since they are the
     fluid; integrator and step are chosen. The time until a start is forgotten does not count.
+
+    Examples
+    --------
+    >>> import sdpd
+    >>> found = sdpd.scenes.load("poiseuille").cost(error=0.01, measure=False)
+    >>> found.scene.calibrate, found.expected.bias < 0.01
+    (True, True)
     """
     error = validation.positive("error", error)
     if error >= 1.0:
@@ -194,14 +201,15 @@ def advise(
         )
     limit = _SHARE * error if noisy else error
     search = _flows if what == "flow" else _equilibria
-    options = {"measure": measure, "refresh": refresh}
+    speeds: dict[str, Speed] = {}
     found, least = [], math.inf
     for made, chosen, dt, expected in search(scene, integrator, what, limit, accuracy):
         least = min(least, expected.bias)
         if expected.bias <= limit:
-            speed = speed_of(made, chosen, **options)
-            options["refresh"] = False
-            found.append(_costed(made, chosen, dt, what, error, expected, span, speed))
+            kind = kind_of_step(made, chosen)
+            if kind not in speeds:
+                speeds[kind] = speed_of(made, chosen, measure=measure, refresh=refresh)
+            found.append(_costed(made, chosen, dt, what, error, expected, span, speeds[kind]))
     if not found:
         smallest = least / limit * error
         raise ValueError(
@@ -228,8 +236,10 @@ def _costed(
     if scene.active_effects.fluctuations:
         sampling = math.sqrt(error**2 - expected.bias**2)
         total, factor = sampled_time(scene, quantity, dt, sampling)
-        runs = 1 if time is None else max(1, math.ceil(total / time))
         needed = max(total, dt)
+        if time is not None:
+            runs = max(1, math.ceil(total / time))
+            needed = runs * time
     steps = math.ceil(needed / dt)
     return AccuracyCost(
         scene=scene,

@@ -166,7 +166,7 @@ def sampled_time(scene: Scene, quantity: str, dt: float, error: float) -> tuple[
         variance, theta = 2.0 / number, scene.conduction_time
     else:
         variance, theta = 1.0 / number, tau
-    return 2.0 * variance * constant**2 * theta / error**2, factor**2
+    return float(2.0 * variance * constant**2 * theta / error**2), factor**2
 
 
 def _density_time(scene: Scene) -> float:

@@ -127,7 +127,7 @@ def fit(points: Sequence[Point], held_out: Sequence[Point], supports: ArrayLike)
     columns, found = _columns(points), np.log([p.error for p in points])
     scale = float(np.exp(found.max()) / columns[1].max() ** 2)
     low = np.array([-3.0, -np.inf, 1.0, 0.0, *[-1.0] * nodes.size])
-    high = np.array([3.0, np.inf, 3.0, np.inf, *[1.0] * nodes.size])
+    high = np.array([3.0, np.inf, 2.5, np.inf, *[1.0] * nodes.size])
     best: Any = None
     # several signs, as a floor and an order may cancel each other
     for c, sign, floor in product((0.3, 0.8), (-1.0, 1.0), (-0.05, 0.0, 0.05)):
@@ -142,6 +142,8 @@ def fit(points: Sequence[Point], held_out: Sequence[Point], supports: ArrayLike)
         if best is None or result.cost < best.cost:
             best = result
     numbers = best.x.tolist()
+    if numbers[0] < 0.0:  # the sign of the whole bracket is free
+        numbers = [-each if k not in (2, 3) else each for k, each in enumerate(numbers)]
     others = held_out or points
     away = np.abs(np.log(_error(best.x, nodes, *_columns(others)) / [p.error for p in others]))
     return Orders(
