@@ -101,7 +101,6 @@ def _point(name, sim):
 KINDS = [
     ("poiseuille", {"across": 40, "support": 2.8}),
     ("cylinder", {"across": 30, "support": 3.2}),
-    ("temperature", {"support": 3.1}),
     ("temperature", {"support": 2.9, "integrator": "velocity_verlet"}),
     ("temperature_variance", {"support": 3.1}),
 ]

@@ -72,7 +72,6 @@ def plot(study: Study, axes: Any = None, *, z: float = 2.0) -> Any:
         linewidth=1.0,
         label="front",
     )
-    axes.margins(x=0.15)
     axes.set(
         xscale="log",
         yscale="log",
@@ -80,6 +79,7 @@ def plot(study: Study, axes: Any = None, *, z: float = 2.0) -> Any:
         ylabel="relative error [1]",
         title=study.problem.title,
     )
+    axes.autoscale_view()
     _label(study, axes, front)
     if noisy:
         axes.legend(fontsize=7)
@@ -89,18 +89,23 @@ def plot(study: Study, axes: Any = None, *, z: float = 2.0) -> Any:
 
 
 def _label(study: Study, axes: Any, front: Any) -> None:
-    """Names beside the front, but where there is no room for them."""
+    """Names beside the front, towards the middle, but where there is no room for them."""
     taken: list[tuple[float, float]] = []
-    width, height = axes.transAxes.transform((1.0, 1.0)) - axes.transAxes.transform((0.0, 0.0))
     for row in front:
         place = (row.seconds, max(row.error, _FLOOR))
-        x, y = axes.transData.transform(place)
-        if any(abs(x - a) < 0.35 * width and abs(y - b) < 0.035 * height for a, b in taken):
+        x, y = axes.transAxes.inverted().transform(axes.transData.transform(place))
+        if any(abs(x - a) < 0.4 and abs(y - b) < 0.035 for a, b in taken):
             continue
         taken.append((x, y))
+        right = x < 0.55
         axes.annotate(
-            study.label(row), place, xytext=(5, 4), textcoords="offset points", fontsize=6.5
-        )
+            study.label(row),
+            place,
+            xytext=(5, 4) if right else (-5, -9),
+            textcoords="offset points",
+            ha="left" if right else "right",
+            fontsize=6.5,
+        ).set_in_layout(False)
 
 
 def _bars(rows: Any, side: int) -> list[float]:

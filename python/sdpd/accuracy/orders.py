@@ -65,6 +65,8 @@ class Orders:
         The factor within which 19 of 20 of them lie [1].
     reach : tuple of float
         h/L fitted, smallest and largest.
+    smallest : float
+        Error fitted: less is never promised, since floor and order may cancel by chance [1].
     fitted, held_out : int
         Settings.
     """
@@ -78,12 +80,14 @@ class Orders:
     scatter: float = math.nan
     worst: float = math.nan
     reach: tuple[float, float] = (0.0, math.inf)
+    smallest: float = 0.0
     fitted: int = 0
     held_out: int = 0
 
     def error(self, point: Point) -> float:
         """Expected [1]."""
-        return float(_error(self._numbers(), np.array(self.supports), *_columns([point]))[0])
+        found = _error(self._numbers(), np.array(self.supports), *_columns([point]))
+        return max(float(found[0]), self.smallest)
 
     def _numbers(self) -> Array:
         return np.array(
@@ -156,6 +160,7 @@ def fit(points: Sequence[Point], held_out: Sequence[Point], supports: ArrayLike)
         scatter=float(np.exp(np.sqrt(np.mean(away**2)))),
         worst=float(np.exp(np.quantile(away, 0.95))),
         reach=(float(columns[1].min()), float(columns[1].max())),
+        smallest=min(point.error for point in points),
         fitted=len(points),
         held_out=len(held_out),
     )
