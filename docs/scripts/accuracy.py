@@ -240,11 +240,12 @@ def front_table(study: Study) -> str:
     """The settings worth their time."""
     rows = []
     for row in study.pareto():
-        error = f"{row.error:.2g} ± {row.stderr:.1g}" if row.stderr else f"{row.error:.2g}"
-        rows.append(
-            [study.label(row), error, f"{row.bias:+.2g}", f"{row.sampling:.1g}"]
-            + [f"{row.seconds:.3g}", f"{row.steps}", f"{row.memory / 1e6:.2g}"]
-        )
+        noisy = row.stderr > 0.0
+        error = f"{row.error:.2g} ± {row.stderr:.1g}" if noisy else f"{row.error:.2g}"
+        bias = f"{row.bias:+.2g} ± {row.bias_stderr:.1g}" if noisy else f"{row.bias:+.2g}"
+        sampling = f"{row.sampling:.1g}" if noisy else "none"
+        cost = [f"{row.seconds:.3g}", f"{row.steps}", f"{row.memory / 1e6:.2g}"]
+        rows.append([study.label(row), error, bias, sampling, *cost])
     return grid(["settings", "error", "bias", "sampling", "s", "steps", "MB"], rows)
 
 
@@ -252,10 +253,10 @@ def price_table(studies: dict[str, Study]) -> str:
     """Seconds to each level of error."""
     rows = []
     for name, study in studies.items():
-        front = study.pareto(z=0.0)
+        front = study.pareto()
         cells = []
         for level in LEVELS:
-            enough = [row.seconds for row in front if row.error <= level]
+            enough = [row.seconds for row in front if row.error + row.stderr <= level]
             cells.append(f"{min(enough):.2g}" if enough else "")
         best = min(front, key=lambda row: row.error)
         smallest = f"{best.error:.2g} in {best.seconds:.2g} s"
@@ -330,7 +331,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         report.figure(figure, name)
     report.document(
         price_table(studies),
-        "Seconds on one core of the cheapest setting whose error is below the one on top, and the "
+        "Seconds on one core of the cheapest setting whose error, with its standard error, is below "
+        "the one on top, and the "
         f"smallest error of all ({Machine.here().processor}, sdpd {sdpd.__version__}).",
     )
     overview(report, studies)

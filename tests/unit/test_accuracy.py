@@ -96,11 +96,10 @@ def test_front_of_exact_errors():
 
 
 def test_front_knows_errors_of_errors():
-    """A dearer setting must be better by more than z standard errors of the difference."""
-    rows = [row(1.0, 0.10, 0.01), row(2.0, 0.08, 0.01), row(3.0, 0.05, 0.01)]
+    """An error that is badly known is not taken for small."""
+    rows = [row(1.0, 0.10, 0.01), row(2.0, 0.08, 0.05), row(3.0, 0.06, 0.01)]
     assert [r.seconds for r in accuracy.pareto(rows)] == [1.0, 3.0]
-    assert [r.seconds for r in accuracy.pareto(rows, z=1.0)] == [1.0, 2.0, 3.0]
-    assert [r.seconds for r in accuracy.pareto(rows, z=10.0)] == [1.0]
+    assert [r.seconds for r in accuracy.pareto(rows, z=0.0)] == [1.0, 2.0, 3.0]
     assert accuracy.pareto([]) == ()
     with pytest.raises(ValueError, match="`z` must be"):
         accuracy.pareto(rows, z=-1.0)

@@ -7,6 +7,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from sdpd.accuracy.results import Study
 from sdpd.drawing import BLUE, ORANGE, VERMILION, figure_or_new, save
 
@@ -16,7 +18,7 @@ _SIZE = (6.4, 4.4)  # inch
 _FLOOR = 1e-16
 
 
-def plot(study: Study, axes: Any = None, *, z: float = 2.0) -> Any:
+def plot(study: Study, axes: Any = None, *, z: float = 1.0) -> Any:
     """Draw errors of all settings against seconds, log-log, with the front labelled.
 
     Parameters
@@ -80,9 +82,11 @@ def plot(study: Study, axes: Any = None, *, z: float = 2.0) -> Any:
         title=study.problem.title,
     )
     axes.autoscale_view()
+    if np.ptp(np.log10(axes.get_xlim())) > 1.5:  # decades are enough
+        axes.xaxis.set_minor_formatter("")
     _label(study, axes, front)
     if noisy:
-        axes.legend(fontsize=7)
+        axes.legend(fontsize=7, loc="upper right")
     axes.grid(color="0.9", linewidth=0.7)
     axes.set_axisbelow(True)
     return axes

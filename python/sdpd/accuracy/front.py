@@ -11,29 +11,27 @@ from sdpd.accuracy.row import Row
 __all__ = ["pareto"]
 
 
-def pareto(rows: Sequence[Row], *, z: float = 2.0) -> tuple[Row, ...]:
-    """The front of error against seconds, cheapest first.
+def pareto(rows: Sequence[Row], *, z: float = 1.0) -> tuple[Row, ...]:
+    """The front of error against seconds, cheapest first: no cheaper setting is as good.
 
     Parameters
     ----------
     rows : sequence of Row
     z : float
-        A dearer setting must be more accurate than the best cheaper one by more than so many
-        standard errors of the difference; 0 takes errors as they are.
+        Errors count with so many of their standard errors on top: one that is badly known is not
+        taken for small. 0 takes errors as they are.
 
     Returns
     -------
     tuple of Row
-        Without those that blew up.
+        Without those that failed.
     """
     z = validation.non_negative("z", z)
     front: list[Row] = []
-    finite = [row for row in rows if math.isfinite(row.error)]
-    for row in sorted(finite, key=lambda row: (row.seconds, row.error)):
-        if front:
-            best = front[-1]
-            needed = z * math.hypot(row.stderr, best.stderr)
-            if not best.error - row.error > needed:
-                continue
-        front.append(row)
+    best = math.inf
+    for row in sorted(rows, key=lambda row: (row.seconds, row.error + z * row.stderr)):
+        error = row.error + z * row.stderr
+        if error < best:
+            front.append(row)
+            best = error
     return tuple(front)

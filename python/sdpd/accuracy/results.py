@@ -58,7 +58,7 @@ class Study:
             if name in _MAIN or getattr(row.settings, name) != getattr(base, name)
         )
 
-    def pareto(self, *, z: float = 2.0) -> tuple[Row, ...]:
+    def pareto(self, *, z: float = 1.0) -> tuple[Row, ...]:
         """Settings worth their time, cheapest first; see :func:`sdpd.accuracy.pareto`."""
         return pareto(self.rows, z=z)
 
@@ -102,7 +102,7 @@ class Study:
         dataset.attrs["problem"] = self.problem.title
         return dataset
 
-    def plot(self, axes: Any = None, *, z: float = 2.0) -> Any:
+    def plot(self, axes: Any = None, *, z: float = 1.0) -> Any:
         """Error against seconds with the front; see :func:`sdpd.accuracy.plot`."""
         from sdpd.accuracy.figures import plot
 
