@@ -331,8 +331,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         report.figure(figure, name)
     report.document(
         price_table(studies),
-        "Seconds on one core of the cheapest setting whose error, with its standard error, is below "
-        "the one on top, and the "
+        "Seconds on one core of the cheapest setting whose error and standard error together are "
+        "below what is on top, and the "
         f"smallest error of all ({Machine.here().processor}, sdpd {sdpd.__version__}).",
     )
     overview(report, studies)
