@@ -59,6 +59,7 @@ CHANNEL = Case(
             "calibrate": (False, True),
         },
         {"across": (16,), "calibrate": (True,), "step": (0.5, 1.5)},
+        {"across": (16, 32, 48), "calibrate": (True,), "precision": ("mixed",), "kernel": TWO},
         {
             "across": (16, 32),
             "calibrate": (True,),
@@ -96,6 +97,7 @@ CASES = {
     "temperature": Case(
         figure=[
             {"step": (2.0,), "length": (0.1, 0.5, 2.0)},
+            {"step": (2.0,), "length": (0.5, 4.0), "precision": ("mixed",)},
             {"step": (0.5, 1.0, 2.0), "length": (4.0,)},
             {"integrator": VERLET, "step": (0.5, 1.0, 2.0), "length": (2.0,)},
             {"integrator": VERLET, "iterations": (1,), "step": (4.0, 8.0, 16.0)},
@@ -137,6 +139,12 @@ CASES = {
             },
             {"across": (16,), "calibrate": (True,), "step": (0.25, 0.5), "kernel": TWO},
             {"across": (12, 16, 24), "calibrate": (True,), "integrator": VERLET},
+            {
+                "across": (16, 24),
+                "calibrate": (True,),
+                "integrator": VERLET,
+                "precision": ("mixed",),
+            },
         ],
         **flows((8, 12, 16, 20), (10, 14, 18)),
         quick={"across": (8, 10)},

@@ -215,6 +215,15 @@ def test_advice_of_three_dimensions_holds():
     assert error < FACTOR * 0.01
 
 
+def test_a_flow_with_noise_has_a_start(channel):
+    noisy = channel.replace(effects=sdpd.Effects(fluctuations=True))
+    found = noisy.cost(error=0.03, measure=False)
+    viscous = 1e-6 / noisy.fluid.kinematic_viscosity
+    assert found.start == pytest.approx(viscous) and found.time > found.start
+    assert found.total == pytest.approx(0.03)
+    assert "which has no noise" in str(found) and "of each run for the start" in str(found)
+
+
 def test_printed_advice(channel):
     shown = str(channel.cost(error=0.01))
     for text in ("bias", "within a factor", "study 'poiseuille'", "measured here", "steps"):

@@ -39,6 +39,7 @@ __all__ = ["AccuracyCost", "advise"]
 _SUPPORTS = (2.4, 2.6, 2.8, 3.0, 3.25, 3.5, 3.75, 4.0)
 _STEPS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)  # over the default, in equilibrium
 _FEWEST, _MOST = 6, 400  # particles across a flow
+_UNTRIED = 2.0  # factor within which a bias with noise is taken to be that without
 _SHARE = 0.7  # of the error, at most, that bias may take where there is noise
 
 
@@ -65,6 +66,8 @@ class AccuracyCost:
         Simulated in all runs together [time].
     runs : int
         So many, of the same length.
+    start : float
+        Of each run, before a flow with noise is sampled [time].
     steps : int
         Of all runs.
     seconds : float
@@ -84,6 +87,7 @@ class AccuracyCost:
     sampling: float
     time: float
     runs: int
+    start: float
     steps: int
     seconds: float
     uncertainty: float
@@ -101,7 +105,9 @@ class AccuracyCost:
         calibrated = ", calibrated" if scene.calibrate else ""
         long = shown(self.time / self.runs, "s", si=si)
         length = long if self.runs == 1 else f"{self.runs} runs of {long}"
-        after = ", after the start is forgotten" if self.sampling else ""
+        after = ", once the start is forgotten" if self.sampling else ""
+        if self.start:
+            after = f", {shown(self.start, 's', si=si)} of each run for the start"
         speed = "measured here" if self.speed.measured else "not measured, a rough estimate"
         factor = f"within a factor {self.uncertainty:.1f} (speed of a step: {speed})"
         rows = [
@@ -155,7 +161,8 @@ def advise(
         "temperature", "density_variance", "temperature_variance" or "diffusion"; a flow where
         there is one, else the temperature, if None.
     time : float, optional
-        To simulate a flow, or of each run where there is noise [time]; L^2/nu if None.
+        To simulate a flow, L^2/nu if None; where there is noise to sample in each run, all in one
+        run if None [time].
     measure : bool
         Measure the speed of such steps here where it is not known, which takes a second or two;
         False: a rough estimate.
@@ -178,7 +185,8 @@ def advise(
     -----
     For a flow resolution, kernel, support and calibration are chosen, from fits to studies of
     :mod:`sdpd.accuracy`. In equilibrium particles, kernel and support stay, since they are the
-    fluid; integrator and step are chosen. The time until a start is forgotten does not count.
+    fluid; integrator and step are chosen. The time until a start is forgotten counts
+    for a flow with noise (L^2/nu), not in equilibrium.
 
     Examples
     --------
@@ -230,16 +238,15 @@ def _costed(
     speed: Speed,
 ) -> AccuracyCost:
     """Length and seconds of one setting."""
-    sampling, runs, factor = 0.0, 1, 1.0
+    sampling, runs, factor, start = 0.0, 1, 1.0, 0.0
     viscous = scene.flow_length**2 / max(scene.fluid.kinematic_viscosity, 1e-300)
     needed = viscous if time is None else time
     if scene.active_effects.fluctuations:
         sampling = math.sqrt(error**2 - expected.bias**2)
         total, factor = sampled_time(scene, quantity, dt, sampling)
-        needed = max(total, dt)
-        if time is not None:
-            runs = max(1, math.ceil(total / time))
-            needed = runs * time
+        runs = 1 if time is None else max(1, math.ceil(total / time))
+        start = viscous if quantity == "flow" else 0.0
+        needed = runs * (start + (max(total, dt) if time is None else time))
     steps = math.ceil(needed / dt)
     return AccuracyCost(
         scene=scene,
@@ -251,6 +258,7 @@ def _costed(
         sampling=sampling,
         time=needed,
         runs=runs,
+        start=start,
         steps=steps,
         seconds=steps * speed.seconds(scene, dt, integrator),
         uncertainty=math.exp(2.0 * math.hypot(math.log(speed.uncertainty), 0.5 * math.log(factor))),
@@ -270,7 +278,8 @@ def _flows(
 ) -> Iterator[Candidate]:
     """For each kernel, support and calibration the coarsest resolution that will do."""
     name, length, orders = flow_orders(scene)
-    source = f"study {name!r}{', which has no noise' * scene.active_effects.fluctuations}"
+    noisy = scene.active_effects.fluctuations
+    source = f"study {name!r}{', which has no noise' * noisy}"
     for kernel, known in orders.items():
         for support in _SUPPORTS:
             if not known.supports[0] <= support <= known.supports[-1]:
@@ -287,7 +296,8 @@ def _flows(
                 if made is not None:
                     chosen, dt, point = timed(made)
                     bias = known.error(point)
-                    yield made, chosen, dt, Expected(bias=bias, factor=known.worst, source=source)
+                    factor = max(known.worst, _UNTRIED) if noisy else known.worst
+                    yield made, chosen, dt, Expected(bias=bias, factor=factor, source=source)
 
 
 def _coarsest(
@@ -339,7 +349,9 @@ def _at(scene: Scene, spacing: float, kernel: str, support: float, calibrate: bo
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SdpdWarning)
         try:
-            made = scene.replace(resolution=resolution, calibrate=calibrate)
+            made = scene.replace(
+                resolution=resolution, calibrate=calibrate, effects=scene.settled_effects
+            )
             clumps = made.starts_thermal and made.pairing[0] > 1.0
         except ValueError:
             return None

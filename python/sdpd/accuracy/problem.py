@@ -5,11 +5,10 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 from sdpd import validation
-from sdpd.accuracy.settings import NAMES, PRECISIONS, Settings
+from sdpd.accuracy.settings import NAMES, Settings
 from sdpd.analysis import Estimate
 from sdpd.errors import PairingWarning, ResolutionWarning, TimeStepWarning
 from sdpd.scene import Scene
@@ -137,16 +136,17 @@ class Problem:
         """A fresh simulation on one thread; poor settings are meant: their warnings are silent."""
         from sdpd.simulation import Simulation
 
-        options: dict[str, Any] = {"seed": seed, "threads": 1}
-        if settings.precision != PRECISIONS[0]:
-            if "precision" not in signature(Simulation).parameters:
-                raise ValueError(f"`precision` must be 'double' here, got {settings.precision!r}")
-            options["precision"] = settings.precision
         with warnings.catch_warnings():
             for kind in (PairingWarning, ResolutionWarning, TimeStepWarning):
                 warnings.simplefilter("ignore", kind)
             scene = self.scene(settings)
-            sim = Simulation(scene, integrator=settings.make_integrator(scene), **options)
+            sim = Simulation(
+                scene,
+                integrator=settings.make_integrator(scene),
+                precision=settings.precision,
+                seed=seed,
+                threads=1,
+            )
             if settings.step != 1.0:
                 sim.dt = settings.step * sim.dt
         return sim

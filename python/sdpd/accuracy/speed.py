@@ -193,7 +193,7 @@ def _patch(scene: Scene, edge: int, support: float, *, walls: bool) -> Scene:
             ),
             start=LatticeStart(),
             body_force=None,
-            effects=replace(scene.effects, body_force=None),
+            effects=replace(scene.active_effects.settings(), body_force=None),
             sound_speed=scene.sound.speed,
             length_scale=None,
         )
@@ -214,6 +214,7 @@ def _curved(scene: Scene) -> Scene | None:
                         spacing=spacing, support=support, kernel=scene.resolution.kernel
                     ),
                     start=RandomStart(),
+                    effects=scene.active_effects.settings(),
                     sound_speed=scene.sound.speed,
                 )
             except ValueError:  # a support does not fit the wall

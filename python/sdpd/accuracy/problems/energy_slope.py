@@ -40,6 +40,6 @@ ENERGY_SLOPE = Problem(
     scene=scene,
     measure=measure,
     base=Settings(across=16, support=2.65, kernel="lucy", integrator="pair_splitting"),
-    takes=("support", "kernel", "step", "integrator", "bookkeeping", "precision", "length"),
+    takes=("support", "kernel", "step", "integrator", "bookkeeping", "length"),
     noisy=True,
 )

@@ -53,6 +53,6 @@ TEMPERATURE_VARIANCE = Problem(
     measure=measure,
     reference=lambda made: _shell(made).variance,
     base=Settings(across=16, support=2.65, kernel="lucy", integrator="pair_splitting"),
-    takes=("support", "kernel", "step", "integrator", "bookkeeping", "precision", "length"),
+    takes=("support", "kernel", "step", "integrator", "bookkeeping", "length"),
     noisy=True,
 )

@@ -100,5 +100,5 @@ THERMAL_COUETTE = Problem(
     scene=scene,
     measure=measure,
     base=Settings(calibrate=True),
-    takes=("across", "support", "kernel", "step", "calibrate", "precision"),
+    takes=("across", "support", "kernel", "step", "calibrate"),
 )
