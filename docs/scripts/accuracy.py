@@ -9,9 +9,11 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -22,10 +24,12 @@ from sdpd import accuracy
 from sdpd.accuracy import PROBLEMS, Settings, Study
 from sdpd.accuracy.expectation import flow_orders, flow_point, sampled_time
 from sdpd.accuracy.orders import Orders, Point, fit
+from sdpd.accuracy.speed import speed_of
 from sdpd.bench import Machine
 
 TWO = ("wendland_c2", "lucy")
 KERNELS = ("wendland_c2", "lucy", "quintic_spline", "wendland_c4")
+FEWEST = 50  # steps of a run whose time is compared
 LEVELS = (0.1, 0.03, 0.01, 0.003, 0.001)
 
 
@@ -257,6 +261,30 @@ def front_table(study: Study) -> str:
     return grid(["settings", "error", "bias", "sampling", "s", "steps", "MB"], rows)
 
 
+def time_table(studies: dict[str, Study]) -> str:
+    """Measured over predicted seconds of a step, by problem."""
+    rows, everything = [], []
+    for name, study in studies.items():
+        logs = []
+        for row in study.rows:
+            if row.steps < FEWEST or row.settings.precision != "double":
+                continue
+            sim = study.problem.simulation(row.settings)
+            expected = speed_of(sim.scene, sim.integrator)
+            seconds = row.steps * expected.seconds(sim.scene, sim.dt, sim.integrator)
+            logs.append(math.log(row.seconds / seconds))
+        everything += logs
+        rows.append([name.replace("_", " "), *factors(logs)])
+    rows.append(["all", *factors(everything)])
+    return grid(["problem", "settings", "mean", "factor: rms", "19 of 20"], rows)
+
+
+def factors(logs: list[float]) -> list[str]:
+    away = np.abs(logs)
+    numbers = (np.mean(logs), np.sqrt(np.mean(away**2)), np.quantile(away, 0.95))
+    return [f"{len(logs)}", *(f"{math.exp(x):.2f}" for x in numbers)]
+
+
 def price_table(studies: dict[str, Study]) -> str:
     """Seconds to each level of error."""
     rows = []
@@ -332,6 +360,9 @@ def main(argv: Sequence[str] | None = None) -> None:
             package = DOCS.parent / "python" / "sdpd" / "accuracy" / "orders.json"
             write_orders(package, fitted, sampling(studies))
             report.write("generated", "accuracy_orders.md", order_table(fitted) + "\n")
+            with TemporaryDirectory() as folder:
+                os.environ["SDPD_CACHE"] = folder  # measured now, not taken from the user's cache
+                report.write("generated", "accuracy_seconds.md", time_table(studies) + "\n")
     for name, study in studies.items():
         report.write("generated", f"accuracy_{name}.md", front_table(study) + "\n")
         figure, panel = subplots(width=6.4, height=4.2)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
-import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -70,7 +68,7 @@ def _add_accuracy(commands: Any) -> None:
 
 
 def _accuracy(options: argparse.Namespace) -> int:
-    from sdpd import accuracy
+    from sdpd import accuracy, cli
     from sdpd.units import table
 
     if options.problem is None:
@@ -86,15 +84,7 @@ def _accuracy(options: argparse.Namespace) -> int:
         folder=options.store,
         progress=False if options.no_progress else None,
     )
-    print(study)
-    if options.output is not None:
-        paths = accuracy.write(study, options.output)
-        if importlib.util.find_spec("matplotlib") is not None:
-            paths.append(accuracy.write_figure(study, options.output))
-        else:
-            print("no figure: matplotlib is missing (pip install 'sdpd[plot]')", file=sys.stderr)
-        print("\nwritten: " + ", ".join(map(str, paths)))
-    return 0 if study.passed else 1
+    return cli._shown(accuracy, study, options.output)
 
 
 def _usual(name: str) -> dict[str, tuple[Any, ...]]:
@@ -130,9 +120,9 @@ def _add_cost(commands: Any) -> None:
 
 
 def _cost(options: argparse.Namespace) -> int:
-    from sdpd.cli import _scene
+    from sdpd import cli
 
-    scene = _scene(options.scene)
+    scene = cli._scene(options.scene)
     if options.error is None:
         for name in ("quantity", "time"):
             if getattr(options, name) is not None:
