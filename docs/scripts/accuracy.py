@@ -274,7 +274,8 @@ def time_table(studies: dict[str, Study]) -> str:
             seconds = row.steps * expected.seconds(sim.scene, sim.dt, sim.integrator)
             logs.append(math.log(row.seconds / seconds))
         everything += logs
-        rows.append([name.replace("_", " "), *factors(logs)])
+        if logs:
+            rows.append([name.replace("_", " "), *factors(logs)])
     rows.append(["all", *factors(everything)])
     return grid(["problem", "settings", "mean", "factor: rms", "19 of 20"], rows)
 

@@ -41,7 +41,8 @@ def study(
     repeats : int
         Runs of each seed, for the clock: the smallest processor time counts.
     folder : path, optional
-        Each finished setting is written to NAME.jsonl there at once, and not run again.
+        Each finished setting is written to NAME.jsonl there at once, and not run again by this
+        version with the same seeds and repeats. Take another one when you change a problem.
     progress : bool, optional
         Show a progress bar; None: where somebody is likely to look.
 
