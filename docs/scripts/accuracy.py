@@ -113,8 +113,8 @@ CASES = {
     ),
     "density_variance": Case(
         figure=[
-            {"step": (0.5, 1.0, 1.5, 2.0), "length": (4.0,)},
-            {"integrator": VERLET, "length": (4.0,)},
+            {"step": (0.5, 1.0, 1.5, 2.0), "length": (2.0,)},
+            {"integrator": VERLET, "length": (2.0,)},
             {"step": (1.0, 2.0), "length": (0.25,)},
         ],
         seeds=(1, 2),

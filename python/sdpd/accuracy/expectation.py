@@ -152,7 +152,8 @@ def sampled_time(scene: Scene, quantity: str, dt: float, error: float) -> tuple[
     -----
     The mean of N particles over a time t has the variance V 2 theta/t, with V the variance of one
     sample and theta its correlation time; both are exact for the temperature and the flow, up to
-    the fitted constant for the others.
+    the fitted constant for the others. That of the density is for fluids whose arrangement does not
+    outlive the run.
     """
     if quantity == "flow":
         return _flow_time(scene, error), 1.5
@@ -161,18 +162,12 @@ def sampled_time(scene: Scene, quantity: str, dt: float, error: float) -> tuple[
     if quantity == "temperature":  # v^2 forgets itself with tau/2; steps beyond that are samples
         variance, theta = 2.0 / (d * number), 0.5 * dt / math.tanh(dt / tau)
     elif quantity == "density_variance":
-        variance, theta = 2.0 / number, _density_time(scene)
+        variance, theta = 2.0 / number, scene.support_radius / scene.sound.speed
     elif quantity == "temperature_variance":
         variance, theta = 2.0 / number, scene.conduction_time
     else:
         variance, theta = 1.0 / number, tau
     return float(2.0 * variance * constant**2 * theta / error**2), factor**2
-
-
-def _density_time(scene: Scene) -> float:
-    """How long friction lets a density of the size of a support live [time]."""
-    wave = 2.0 * math.pi / scene.support_radius
-    return 1.0 / (scene.friction_time * (scene.sound.speed * wave) ** 2) + scene.friction_time
 
 
 def _flow_time(scene: Scene, error: float) -> float:

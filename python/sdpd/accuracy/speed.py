@@ -37,7 +37,7 @@ _MELTING = 60  # steps before the clock starts
 _TURN, _ROUNDS = 0.04, 4  # seconds of a turn, turns of each box
 # A pair of a large box takes longer, as its particles leave the caches: docs/guide/performance.
 _IN_CACHE, _SLOWER = 1e4, 0.1
-_SCATTER = 1.25  # predicted over measured time, a factor: docs/guide/accuracy
+_SCATTER = 1.2  # predicted over measured time, a factor: docs/guide/accuracy
 
 
 @dataclass(frozen=True, kw_only=True)

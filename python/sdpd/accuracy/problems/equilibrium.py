@@ -29,18 +29,24 @@ SOUND_SPEED = 10.0  # X = 100
 SETTLING = 60.0  # friction times
 
 
-def box(settings: Settings, *, capacity: float | None = None, dimension: int = 3) -> Scene:
+def box(
+    settings: Settings,
+    *,
+    viscosity: float = VISCOSITY,
+    capacity: float | None = None,
+    dimension: int = 3,
+) -> Scene:
     """A cube; with a heat capacity [kB a particle] its particles have an energy."""
     n = settings.across
     fluid = Fluid(
         density=1.0,
-        shear_viscosity=VISCOSITY,
+        shear_viscosity=viscosity,
         temperature=1.0,
         boltzmann_constant=1.0,
         equation_of_state=IdealGas(),
     )
     if capacity is not None:
-        conductivity = 1.11 * VISCOSITY * capacity
+        conductivity = 1.11 * viscosity * capacity
         fluid = fluid.replace(heat_capacity=capacity, thermal_conductivity=conductivity)
     return Scene(
         fluid=fluid,
