@@ -96,6 +96,8 @@ def kind_of_step(scene: Scene, integrator: Integrator | str | None = None) -> st
     words.append(chosen.noise if active.fluctuations else "no noise")
     if chosen.iterations:
         words.append(f"{chosen.iterations} iterations")
+    if chosen.sweeps > 1:
+        words.append(f"{chosen.sweeps} sweeps")
     if active.central_friction:
         words.append("central")
     if active.energy:
