@@ -140,6 +140,7 @@ _LAZY: dict[str, tuple[str, str | None]] = {
     "StressCorrelator": ("sdpd.observers", "StressCorrelator"),
     "Thermodynamics": ("sdpd.observers", "Thermodynamics"),
     "Trajectory": ("sdpd.h5md", "Trajectory"),
+    "accuracy": ("sdpd.accuracy", None),
     "analysis": ("sdpd.analysis", None),
     "bench": ("sdpd.bench", None),
     "checkpoint": ("sdpd.checkpoint", None),

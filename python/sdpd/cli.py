@@ -247,11 +247,6 @@ def _regime(options: argparse.Namespace) -> int:
     return OK
 
 
-def _cost(options: argparse.Namespace) -> int:
-    print(_scene(options.scene).cost(options.integrator))
-    return OK
-
-
 def _run(options: argparse.Namespace) -> int:
     from sdpd import h5md
     from sdpd.observers import Thermodynamics
@@ -422,6 +417,7 @@ def _reals(text: str) -> tuple[float, ...]:
 
 def _parser() -> argparse.ArgumentParser:
     from sdpd import __version__, effects_command
+    from sdpd.accuracy import command as accuracy_command
 
     parser = argparse.ArgumentParser(
         prog="sdpd",
@@ -439,9 +435,9 @@ def _parser() -> argparse.ArgumentParser:
     _nitrogen_options(commands)
     _bench_options(commands)
     effects_command.add_to(commands)
+    accuracy_command.add_to(commands)
     for name, run, text in (
         ("regime", _regime, "dimensionless numbers of a scene and what they mean"),
-        ("cost", _cost, "memory, pairs and every bound on the time step of a scene"),
         ("run", _run, "run a scene; writes a trajectory, a time series and the final state"),
     ):
         command = commands.add_parser(name, help=text, description=text)

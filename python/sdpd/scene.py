@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from sdpd.walls import ShapedWall, Wall
 
 if TYPE_CHECKING:
     from sdpd._core import WallField
+    from sdpd.accuracy.advice import AccuracyCost
     from sdpd.cost import Cost
     from sdpd.integrators import Integrator
     from sdpd.regime import Regime
@@ -527,11 +528,48 @@ class Scene(SceneQuantities):
 
         return regime(self, integrator)
 
-    def cost(self, integrator: Integrator | str | None = None, **accuracy: Any) -> Cost:
-        """Memory, pairs and every bound on the time step; `accuracy` as in `timestep.bounds`."""
+    @overload
+    def cost(
+        self, integrator: Integrator | str | None = None, *, error: None = None, **accuracy: Any
+    ) -> Cost: ...
+
+    @overload
+    def cost(
+        self, integrator: Integrator | str | None = None, *, error: float, **accuracy: Any
+    ) -> AccuracyCost: ...
+
+    def cost(
+        self,
+        integrator: Integrator | str | None = None,
+        *,
+        error: float | None = None,
+        **accuracy: Any,
+    ) -> Cost | AccuracyCost:
+        """What a scene costs as it is, or the cheapest settings for an error and what they cost.
+
+        Parameters
+        ----------
+        integrator : Integrator or str, optional
+            The default if None; with `error` the cheapest.
+        error : float, optional
+            Relative error asked for [1].
+        **accuracy
+            As in `timestep.bounds`; with `error` also `quantity`, `time`, `measure` and `refresh`
+            of `accuracy.advise`.
+
+        Returns
+        -------
+        Cost or AccuracyCost
+            Memory, pairs and every bound on the time step; with `error` settings, bias and sampling
+            error, length and seconds with their uncertainty.
+        """
         from sdpd.cost import cost
 
-        return cost(self, integrator, **accuracy)
+        if error is None:
+            return cost(self, integrator, **accuracy)
+        from sdpd.accuracy.advice import advise
+
+        return advise(self, error, integrator=integrator, **accuracy)
 
     def replace(self, **changes: Any) -> Scene:
         """A copy with some arguments changed."""

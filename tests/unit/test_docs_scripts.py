@@ -39,8 +39,10 @@ TABLES = {
     "thermal_couette": "| published | ",
     "shaped_walls": "| circle, inside, R = 2h | lucy |",
     "wall_models": "| own-foot images, as published | ",
+    "accuracy": "| couette | velocity, rms over the speed of the plate",
 }
 FIGURES = {
+    "accuracy",
     "channel_noise",
     "couette",
     "cylinder",

@@ -11,13 +11,23 @@ SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
 
 @pytest.mark.parametrize(
     "page",
-    ["adding_a_wall", "analysis", "effects", "fields", "hard_cases", "performance", "walls"],
+    [
+        "accuracy",
+        "adding_a_wall",
+        "analysis",
+        "effects",
+        "fields",
+        "hard_cases",
+        "performance",
+        "walls",
+    ],
 )
 def test_snippets_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SDPD_CACHE", str(tmp_path))
     if page == "walls":
         pytest.importorskip("meshio")
-    if page == "fields":
+    if page in ("accuracy", "fields"):
         pytest.importorskip("matplotlib").use("Agg")
     snippets = SNIPPET.findall((GUIDE / f"{page}.md").read_text(encoding="utf-8"))
     assert snippets
