@@ -61,6 +61,7 @@ impl Around {
 fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
     let (n, edge, support) = (729, 9.0, 2.65);
     let open = around == Around::Nothing;
+    let (integrator, precision) = integrator.split_once(':').unwrap_or((integrator, "double"));
     let (integrator, exchanges) = integrator.split_once('/').unwrap_or((integrator, "none"));
     let thermal = exchanges != "none";
     let heat = match around {
@@ -70,7 +71,7 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
     };
     let settings = Settings {
         combination: Combination {
-            precision: "double".into(),
+            precision: precision.into(),
             dimension: 3,
             kernel: "lucy".into(),
             friction: "general".into(),
@@ -226,6 +227,8 @@ fn a_step_allocates_nothing() {
     for (integrator, observed) in [
         ("velocity_verlet", false),
         ("pair_splitting", false),
+        ("velocity_verlet:mixed", false),
+        ("pair_splitting:mixed", true),
         ("velocity_verlet", true),
         ("pair_splitting", true),
         ("pair_splitting/full_variable", false),
@@ -248,8 +251,9 @@ fn a_step_allocates_nothing() {
                 // Refused: friction that is not symmetric there, heat for all of them.
                 let refused = around == Around::OwnFoot && integrator == "pair_splitting"
                     || integrator.contains('/');
-                let open_only =
-                    integrator.contains("verlet/") || integrator.ends_with("metropolis");
+                let open_only = integrator.contains("verlet/")
+                    || integrator.ends_with("metropolis")
+                    || integrator.ends_with("mixed");
                 let twice = integrator.contains('/') && threads == 1;
                 if twice || open_only && around != Around::Nothing {
                     continue;
