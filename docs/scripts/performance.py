@@ -18,6 +18,7 @@ from sdpd import bench
 
 SIZES = (3375, 32768, 216000)
 SMALL = (3375, 32768)
+LARGEST = (1_000_000,)  # with the larger support alone, two turns
 SUPPORTS = (2.4, 3.0)
 LARGE = 1e7  # particles, of which the memory is stated
 
@@ -36,6 +37,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     wendland = bench.run_speed(small, supports=supports, kernels=("wendland_c2",), **options)
     studies: dict[str, bench.Study] = {"speed": lucy, "wendland_c2": wendland}
     tables = [lucy, wendland]
+    if not report.quick:
+        tables.append(bench.run_speed(LARGEST, supports=supports[-1:], rounds=2, progress=False))
+        studies["large"] = tables[-1]
     if lucy.machine.processors > 1:
         tables.append(bench.run_speed(small, supports=supports, threads=2, **options))
         studies["two_threads"] = tables[-1]
@@ -47,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     report.figure(bench.plot_effects(costs), "effects")
     studies["effects"] = costs
     try:
-        peer = bench.run_peer(sizes=small[:1], supports=supports, **options)
+        peer = bench.run_peer(sizes=small, supports=supports, **options)
     except FileNotFoundError as absent:
         print(f"no peer: {absent}", file=sys.stderr)
     else:
