@@ -8,7 +8,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::sweep::{Task, Vector, Wide, run_wide};
+use crate::sweep::{Task, Wide, run_wide};
 
 const ROUNDS: u64 = 2_000_000;
 const REPEATS: usize = 5;

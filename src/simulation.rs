@@ -518,6 +518,7 @@ impl Engine {
             + particles.drag.capacity()
             + particles.scratch.capacity()
             + particles.carried.capacity())
+            + particles.copies.bytes()
             + 8 * (particles.density.capacity() + particles.id.capacity())
             + 4 * particles.row.capacity()
             + 12 * particles.image.capacity()

@@ -359,9 +359,13 @@ class _Content:
         return result
 
 
+# Settings that files of earlier versions do not have.
+_DEFAULTS = {"precision": "double"}
+
+
 def _core_settings(plain: dict[str, Any]) -> dict[str, Any]:
     """Arguments of the core from their JSON form, which has no tuples."""
-    settings = dict(plain)
+    settings = {**_DEFAULTS, **plain}
     kind, parameters = settings["eos"]
     settings["eos"] = (kind, parameters)
     if settings["body_force"] is not None:
@@ -495,7 +499,7 @@ def restore(sim: Simulation, path: str | os.PathLike[str]) -> None:
     if content.scene != sim.scene:
         raise reader.fail("it belongs to another scene; sdpd.load() makes a new simulation of it")
     for name, value in _written(sim._settings).items():
-        its = content.header["settings"].get(name)
+        its = content.header["settings"].get(name, _DEFAULTS.get(name))
         if its != value:
             raise reader.fail(
                 f"`{name}` of its simulation is {its!r}, of this one {value!r}; sdpd.load() makes "

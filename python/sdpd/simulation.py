@@ -496,11 +496,10 @@ class Simulation(Particles):
                     due = [running.steps_to_next(self.step, turn) for turn in turns]
                     number, dt = march.next(min([chunk, *due]))
                     hidden += number
-                    self._advance(number, dt, first=hidden == number)
-                    wanted = self._adaptive is not None or number in due or march.is_over
-                    if wanted or hidden >= running.STEPS_BETWEEN_VIEWS:
-                        self._core.show()
-                        hidden = 0
+                    seen = self._adaptive is not None or number in due or march.is_over
+                    seen = seen or hidden >= running.STEPS_BETWEEN_VIEWS
+                    self._advance(number, dt, first=hidden == number, show=seen)
+                    hidden = 0 if seen else hidden
                     bar.update(number, self.time)
                     for observer, turn in python:
                         if self.step % turn == 0:
@@ -514,11 +513,13 @@ class Simulation(Particles):
                         self.refresh()
                     interruptions.check()
             finally:
-                self._core.show()
-                for observer in begun:
-                    observer.end(self)
+                try:
+                    self._core.show()
+                finally:
+                    for observer in begun:
+                        observer.end(self)
 
-    def _advance(self, steps: int, dt: float, *, first: bool) -> None:
+    def _advance(self, steps: int, dt: float, *, first: bool, show: bool) -> None:
         """Some steps; `first` after the arrays were shown, to which a failure returns."""
         if first:
             for observer, _, _ in self._attached:
@@ -526,7 +527,7 @@ class Simulation(Particles):
         if self._integrator.compensate and dt != self._compensated:
             self._compensate(dt)
         try:
-            self._core.run(steps, dt, show=False)
+            self._core.run(steps, dt, show)
         except SimulationError as error:
             self._detach(rewind=True)
             raise failure.describe(self, error, dt) from None

@@ -40,8 +40,7 @@ impl Rows {
     /// Room for so many rows and places, and none in use.
     fn fit(&mut self, rows: usize, places: usize) {
         self.ends.clear();
-        self.ends
-            .reserve_exact(rows.saturating_sub(self.ends.capacity()));
+        self.ends.reserve_exact(rows);
         if self.places.capacity() < places {
             self.places
                 .reserve_exact(places - self.places.len() + places / 16);
@@ -113,8 +112,10 @@ impl PairList {
     ) {
         self.near_is_known = false;
         // Single precision is good enough to say who may come near; a little more than the cutoff
-        // makes up for its rounding.
-        let cutoff2 = (cutoff * cutoff * (1.0 + 1e-5)) as f32;
+        // makes up for its rounding, and that of positions as fractions of the box.
+        let longest = cell.edges.iter().copied().fold(0.0, f64::max);
+        let far = cutoff * (1.0 + 5e-6) + 8.0 * longest / 4_294_967_296.0;
+        let cutoff2 = (far * far) as f32;
         let columns = particles.copies.columns(&particles.position, cell);
         let id = &particles.id;
         self.blocks
@@ -530,6 +531,23 @@ mod tests {
                 assert!(!listed || distance < cutoff * (1.0 + 1e-5));
             }
         }
+    }
+
+    #[test]
+    fn a_long_box_misses_none_at_the_cutoff() {
+        let cell = PeriodicBox::new(&[1e5, 3.0], 1.0).unwrap();
+        let n = 400;
+        let mut particles = Particles::new(n, false);
+        for (k, x) in particles.position.iter_mut().enumerate() {
+            // Partners just within the cutoff, all along the box.
+            let first = (k / 2) as f64 * 499.123_456_789;
+            x[0] = first + (k % 2) as f64 * 1.2 * (1.0 - 1e-9);
+        }
+        let mut grid = Grid::new(&cell, 2, n, 1.2);
+        grid.renew(&cell, 2, &mut particles);
+        let mut list = PairList::default();
+        list.build::<2>(&grid, &cell, &mut particles, 1.2, false);
+        assert_eq!(list.len(), n / 2);
     }
 
     #[test]

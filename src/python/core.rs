@@ -114,6 +114,16 @@ impl Core {
         }
     }
 
+    /// Lets arrays and engine agree: shows what has been done, or takes over what the user wrote.
+    fn agree(&self, py: Python<'_>, engine: &mut Engine) -> PyResult<()> {
+        if !engine.is_ahead() {
+            return self.columns.import(py, engine);
+        }
+        self.columns.export(py, engine);
+        engine.accept();
+        Ok(())
+    }
+
     fn by_row(&self, py: Python<'_>, engine: &Engine, records: &[[f64; 4]]) -> Py<PyArray2<f64>> {
         let unit = engine.units.force();
         let mut table = Array2::zeros((self.n, self.dimension));
@@ -321,7 +331,7 @@ impl Core {
     }
 
     /// Advances by `steps` steps of `dt`; if `show`, the arrays show the new state afterwards. If the
-    /// run fails, the state is again the one they show. Call `show` before anything else but `run`.
+    /// run fails, the state is again the one they show.
     #[pyo3(signature = (steps, dt, show=true))]
     fn run(&self, py: Python<'_>, steps: u64, dt: f64, show: bool) -> PyResult<()> {
         if !(dt.is_finite() && dt > 0.0) {
@@ -360,8 +370,7 @@ impl Core {
     fn show(&self, py: Python<'_>) -> PyResult<()> {
         let mut engine = self.lock()?;
         if engine.is_ahead() {
-            self.columns.export(py, &engine);
-            engine.accept();
+            self.agree(py, &mut engine)?;
         }
         Ok(())
     }
@@ -376,13 +385,13 @@ impl Core {
 
     /// Brings derived arrays up to date with what the user wrote.
     fn refresh(&self, py: Python<'_>) -> PyResult<()> {
-        self.columns.import(py, &mut *self.lock()?)
+        self.agree(py, &mut *self.lock()?)
     }
 
     /// Gives wall `index` the motion of `wall`, which must have its form; forces follow.
     fn move_wall(&self, py: Python<'_>, index: usize, wall: WallSettings) -> PyResult<()> {
         let mut engine = self.lock()?;
-        self.columns.import(py, &mut engine)?;
+        self.agree(py, &mut engine)?;
         let Engine {
             walls, cell, units, ..
         } = &mut *engine;
@@ -404,7 +413,7 @@ impl Core {
         walls: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut engine = self.lock()?;
-        self.columns.import(py, &mut engine)?;
+        self.agree(py, &mut engine)?;
         let step = step.unwrap_or(engine.step);
         let whose = if walls { Source::Walls } else { Source::All };
         let parts = engine.force_parts(step, whose);
@@ -532,7 +541,7 @@ impl Core {
     /// Exact initial slope of the velocity autocorrelation, (1/m) <sum_j g_ij> (a + b/D) [1/time].
     fn friction_rate(&self, py: Python<'_>) -> PyResult<f64> {
         let mut engine = self.lock()?;
-        self.columns.import(py, &mut engine)?;
+        self.agree(py, &mut engine)?;
         let time = engine.units.time();
         Ok(engine.friction_rate() / time)
     }
@@ -689,7 +698,7 @@ impl Core {
     /// The exact internal state, for a checkpoint.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let mut engine = self.lock()?;
-        self.columns.import(py, &mut engine)?;
+        self.agree(py, &mut engine)?;
         state::write(py, &engine)
     }
 
@@ -699,6 +708,7 @@ impl Core {
         let parsed = Parsed::read(state, &engine)?;
         let engine_ref = &mut *engine;
         py.detach(|| parsed.restore(engine_ref));
+        engine.accept();
         self.columns.export(py, &engine);
         Ok(())
     }

@@ -152,6 +152,7 @@ pub fn expm1_negative_with<A: Arithmetic>(x: f64) -> f64 {
 
 impl Real for f64 {
     const ZERO: Self = 0.0;
+    const TINY: f64 = 1e-30;
     const NARROW: bool = false;
     #[inline(always)]
     fn of(x: f64) -> Self {

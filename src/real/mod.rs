@@ -61,6 +61,8 @@ pub trait Real:
 {
     /// 0.
     const ZERO: Self;
+    /// Squares of distances below that are taken for that: far closer than positions are known.
+    const TINY: f64;
     /// Does it take several words to fill a register as wide as the one the words come in?
     const NARROW: bool;
     /// The nearest one.
@@ -75,7 +77,7 @@ pub trait Real:
     fn inverse_root<A: Arithmetic>(self) -> Self;
     /// Natural logarithm of a positive normal number, to about 1 ulp.
     fn ln<A: Arithmetic>(self) -> Self;
-    /// (cos, sin) of 2 pi t for t in [0, 1), to about 1 ulp of 1.
+    /// (cos, sin) of 2 pi t for t in [0, 1], to about 1 ulp of 1.
     fn cos_sin_turn<A: Arithmetic>(self) -> (Self, Self);
     /// exp(-x) - 1 for x >= 0, accurate to about 1 ulp also where x is tiny.
     fn expm1_negative<A: Arithmetic>(self) -> Self;

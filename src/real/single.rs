@@ -17,6 +17,7 @@ fn upper(word: u64) -> f32 {
 
 impl Real for f32 {
     const ZERO: Self = 0.0;
+    const TINY: f64 = 1e-24;
     const NARROW: bool = true;
     #[inline(always)]
     fn of(x: f64) -> Self {

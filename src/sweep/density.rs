@@ -57,7 +57,9 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
                 };
                 for x in &mut weight[..whole::<P::Real>(found)] {
                     let r2 = *x;
-                    *x = K::w::<_, D>(r2 * r2.at_least(1e-30).inverse_root::<W::Arithmetic>());
+                    *x = K::w::<_, D>(
+                        r2 * r2.at_least(P::Real::TINY).inverse_root::<W::Arithmetic>(),
+                    );
                 }
                 for (w, &place) in weight.iter().zip(&near.places[partners]) {
                     let w = w.double();

@@ -79,7 +79,7 @@ impl<K: Kernel, F: FrictionForm, P: Precision, const D: usize, const NOISE: bool
                 lanes.pairs.r[2][k],
             ];
             let r2 = lanes.pairs.r2[k];
-            let inverse_r = r2.at_least(1e-30).inverse_root::<W::Arithmetic>();
+            let inverse_r = r2.at_least(P::Real::TINY).inverse_root::<W::Arithmetic>();
             let weight = lanes.pairs.weight[k];
             let g = K::f::<_, D>(r2 * inverse_r) * (weight * weight);
             let mut xi = [P::Real::ZERO; 3];

@@ -146,7 +146,7 @@ impl<P: Precision> Lanes<P> {
     #[inline(always)]
     fn weights<K: Kernel, A: Arithmetic, const D: usize>(&self, k: usize) -> Weights<P::Real> {
         let r2 = self.pairs.r2[k];
-        let inverse_r = r2.at_least(1e-30).inverse_root::<A>();
+        let inverse_r = r2.at_least(P::Real::TINY).inverse_root::<A>();
         let (q, weight) = (r2 * inverse_r, self.pairs.weight[k]);
         let slope = K::f::<_, D>(q);
         Weights {

@@ -20,12 +20,20 @@ impl Copies {
     /// Positions axis by axis, as turns of the box; a vector may be read from each.
     pub(crate) fn columns(&mut self, position: &[[f64; 4]], cell: &PeriodicBox) -> &[Vec<f32>; 3] {
         let turns = Turns::of(cell);
-        for (a, column) in self.columns.iter_mut().enumerate() {
+        let columns = self.columns.par_iter_mut().enumerate();
+        columns.for_each(|(a, column)| {
             column.clear();
+            column.reserve_exact(position.len() + MOST);
             column.extend(position.iter().map(|x| turns.of_axis(a, x[a])));
             column.resize(position.len() + MOST, 0.0);
-        }
+        });
         &self.columns
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let columns = self.columns.iter().map(Vec::capacity).sum::<usize>();
+        4 * columns + 16 * (self.place.capacity() + self.motion.capacity())
     }
 }
 

@@ -263,7 +263,7 @@ impl<P: Precision> Pairs<P> {
             self.count += pairs.len();
             self.rows[self.row_count] = [head, self.count as u32];
             self.row_count += 1;
-            // SAFETY: a row of this block; CHUNK lanes and eight more.
+            // SAFETY: a row of this block; CHUNK lanes and a vector more.
             unsafe {
                 self.row::<W, D>((near, slots), cell, place, head, lane, pairs, companion);
             }

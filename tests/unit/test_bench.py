@@ -149,7 +149,7 @@ def test_speed_of_steps(speed) -> None:
     assert 100.0 < row.work.flops / row.pairs < 300.0
     shares = speed.shares()
     assert len(shares) == len(speed.rows) and {len(share) for share in shares} == {7}
-    assert all(0.0 <= float(share[4]) < 150.0 for share in shares)
+    assert all(0.0 <= float(share[4]) < 150.0 for share in shares if "mixed" not in share[2])
     text = str(speed)
     assert "at best" in text and "% of best" in text
     assert "flatness in N" in text and "pair splitting" in text and speed.machine.date in text

@@ -46,10 +46,11 @@ class Peak:
         Parameters
         ----------
         threads : int
+            At most 256; each takes 48 MB for the while.
         """
         from sdpd import _core
 
-        number = validation.integer("threads", threads, minimum=1, maximum=4096)
+        number = validation.integer("threads", threads, minimum=1, maximum=256)
         flops, bandwidth = _core.peak(number)
         return cls(threads=number, flops=flops, bandwidth=bandwidth)
 

@@ -176,6 +176,7 @@ class Speed(Study):
         """Operations and bytes a second of each row, beside the machine's best; see `SHARES`."""
         found = []
         for row in self.rows:
+            mixed = STEPS[row.step].precision == "mixed"  # the best is that of double precision
             flops, moved = (x * row.rate.median for x in (row.work.flops, row.work.bytes))
             found.append(
                 [
@@ -183,7 +184,7 @@ class Speed(Study):
                     f"{row.support:g}",
                     row.step,
                     f"{flops * 1e-9:.1f}",
-                    f"{100.0 * flops / self.peak.flops:.0f}",
+                    "" if mixed else f"{100.0 * flops / self.peak.flops:.0f}",
                     f"{moved * 1e-9:.1f}",
                     f"{100.0 * moved / self.peak.bandwidth:.0f}",
                 ]
