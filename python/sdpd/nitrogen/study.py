@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DEFAULT", "Study", "run_nitrogen"]
 
+EXACT = 1e-3  # relative standard error of what is expected, up to which it counts as exact
 DEFAULT = (1, 5, 9, 13, 17)  # the finest support of each particle size
 
 
@@ -105,6 +106,8 @@ def _prediction(row: Row) -> list[str]:
     if not math.isfinite(row.expected):
         return ["-", "", "not judged"]
     known = f"± {100.0 * row.accuracy / abs(row.expected):.2g} %" if row.accuracy else "exact"
+    if row.expected_stderr > EXACT * abs(row.expected):
+        known = f"SE {100.0 * row.expected_stderr / abs(row.expected):.2g} %"
     if not row.judged:
         return [f"{row.expected:.6g}", "" if known == "exact" else known, "not judged"]
     verdict = f"{row.t:+.1f}" + ("" if row.passed else " FAIL")

@@ -26,7 +26,7 @@ from sdpd.diffusion.measure import SLOPE_LAGS, normalized_vacf
 from sdpd.effects import Effects
 from sdpd.errors import SdpdWarning
 from sdpd.nitrogen.cases import FROZEN
-from sdpd.nitrogen.waves import LARGEST_GROWTH, Response, Waves
+from sdpd.nitrogen.waves import Response, Waves
 from sdpd.scene import Scene
 from sdpd.theory import ViscosityTheory
 from sdpd.viscosity.arrangement import Arrangement
@@ -134,7 +134,7 @@ class Transport:
     @property
     def flows(self) -> bool:
         """Whether the waves put in show one viscosity, then and ten times later."""
-        return self.response is not None and self.response.growth.value < LARGEST_GROWTH
+        return self.response is not None and self.response.flows
 
 
 class Recorder:

@@ -31,7 +31,7 @@ from sdpd.viscosity.transverse import decay_rate
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
-__all__ = ["LARGEST_GROWTH", "Response", "Waves"]
+__all__ = ["Response", "Waves"]
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ SHELLS = 3  # lengths of waves: 13 wave vectors of a cube
 DECAYS = 3.0  # times in which friction alone damps a wave by e: lags of the viscosity
 LATE_DECAYS = 30.0  # likewise, of the viscosity that waves have much later
 SPEED = 0.05  # of a wave put in: root mean square of a component, in thermal speeds
-LARGEST_GROWTH = 1.05  # late viscosity over the first, up to which there is one
+LARGEST_GROWTH = 0.05  # of the viscosity from the first lags to the late ones, where there is one
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,11 @@ class Response:
 
     viscosity: Estimate
     growth: Estimate
+
+    @property
+    def flows(self) -> bool:
+        """Whether there is one viscosity, to `LARGEST_GROWTH`, and growth is known as well."""
+        return bool(abs(self.growth.value - 1.0) + self.growth.stderr < LARGEST_GROWTH)
 
 
 class Waves:
