@@ -275,10 +275,10 @@ def write(report: Report, study: nitrogen.Study, both: dict[str, nitrogen.Study]
     against = (
         "Over the values asked for. Helfand moments, with the noise of these runs. Expected of "
         "$\\eta$: friction on the particles as they lay, the mean-field share of pressure forces "
-        "within the lags, and what particles carry (judged in cases 1 to 4, waves judge the others); of $\\kappa$: the "
-        "lattice at the time step and what friction and motion carry. After ± the accuracy. "
-        "Lattice: friction by its sum at the time step; decay of a wave of temperature, without "
-        "noise, at a wavelength of 16 spacings or two supports."
+        "within the lags, and what particles carry (judged in cases 1 to 4; the others by "
+        "waves, below); of $\\kappa$: the lattice at the time step and what friction and motion "
+        "carry. After ± the accuracy. Lattice: friction by its sum at the time step; decay of a "
+        "wave of temperature, without noise, at a wavelength of 16 spacings or two supports."
     )
     text = [diffusion(study), measured, resistances(study), against]
     if any(found.transport and found.transport.response for found in study.cases):
