@@ -285,7 +285,7 @@ def write(report: Report, study: nitrogen.Study, both: dict[str, nitrogen.Study]
         beside = (
             "Shear waves of the longest three lengths of the box, over the temperature and the "
             "viscosity asked for, with what short waves feel less in a continuum taken out: "
-            "correlated in equilibrium, and put into another run. Later: viscosity within ten "
+            "correlated in equilibrium, and put into another run. Later: viscosity within twenty "
             "times the lags. The displacement is that of the run in equilibrium."
         )
         text += [waves(study), beside]

@@ -63,7 +63,7 @@ def test_the_answer_is_linear() -> None:
     assert low.viscosity.relative < 0.01
     assert high.viscosity.value == pytest.approx(low.viscosity.value, rel=0.003)
     assert low.viscosity.window is not None and low.growth.window is not None
-    assert low.growth.window[1] > 9.0 * low.viscosity.window[1]
+    assert low.growth.window[1] > 15.0 * low.viscosity.window[1]
 
 
 def test_waves_of_equilibrium_die_like_waves_put_in() -> None:

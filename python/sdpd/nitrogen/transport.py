@@ -133,7 +133,7 @@ class Transport:
 
     @property
     def flows(self) -> bool:
-        """Whether the waves put in show one viscosity, then and ten times later."""
+        """Whether the waves put in show one viscosity, at first and twenty times later."""
         return self.response is not None and self.response.flows
 
 

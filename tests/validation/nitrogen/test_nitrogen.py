@@ -13,7 +13,7 @@ from tests.validation import record
 CASE = "nitrogen"
 MOVING = tuple(range(1, 13))
 UNKNOWN_STRESS = tuple(range(5, 13))  # stiff
-FLOWING = (7, 8, 12)  # of those, with one viscosity now and ten times later
+FLOWING = (7, 8, 12)  # of those, with one viscosity at first and twenty times later
 ROUGH_DIFFUSION = (9,)  # a glass: an error of 0.7 % would take a run thirteen times as long
 JUDGED = 12 * len(MOVING) + len(FLOWING)  # eta of the others gives way to T wave
 ROUGH = {(number, "Var rho") for number in (1, 2, 5, 9, 10)}  # gross faults only
