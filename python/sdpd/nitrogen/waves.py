@@ -135,9 +135,9 @@ class Waves:
         left = [each.transverse.leave_one_out() for each in currents]
         reach = (0.0, self.lag * self._dt)
         parts = list(zip(*left, strict=True))  # a block left out, every shell
-        viscosity = jackknife([self.viscosity(p) for p in parts], self.viscosity(whole))
-        warm = jackknife([self._temperature(p) for p in parts], self._temperature(whole))
-        return Estimate(*viscosity, len(parts), reach), Estimate(*warm, len(parts))
+        viscosity = _estimate([self.viscosity(p) for p in parts], self.viscosity(whole), reach)
+        warm = _estimate([self._temperature(p) for p in parts], self._temperature(whole), reach)
+        return viscosity, warm
 
     def _temperature(self, functions: Sequence[Array]) -> float:
         """Of the kinetic energy of the waves; shells by their number of independent samples."""
@@ -191,17 +191,17 @@ class Waves:
         first, growth = self._read(whole)
         values = np.array([self._read(each) for each in left])
         reach = (0.0, self.lag * self._dt)
-        viscosity = Estimate(*jackknife(values[:, 0], first), starts, reach)
         late = (0.0, self.late_lag * self._dt)
-        if not np.isfinite([growth, *values[:, 1]]).all():
-            return Response(viscosity, Estimate(math.inf, math.nan, starts, late))
-        return Response(viscosity, Estimate(*jackknife(values[:, 1], growth), starts, late))
+        return Response(
+            _estimate(values[:, 0], first, reach), _estimate(values[:, 1], growth, late)
+        )
 
     def _read(self, table: Array) -> tuple[float, float]:
         """Viscosity, and the late one over it, of what is left of waves, (lags, shells)."""
         functions = list(table.T)
         first = self.viscosity(functions)
-        return first, self.viscosity(functions, LATE_DECAYS) / first
+        late = self.viscosity(functions, LATE_DECAYS)
+        return first, late / first if math.isfinite(first) else math.inf
 
     def _difference(self, pair: Sequence[Simulation], signs: Array) -> Array:
         """Half the difference of two copies along the waves put in, (lags, shells)."""
@@ -232,3 +232,12 @@ class Waves:
         """Cosines and sines of k.r, shape (2, N, K)."""
         angle = positions @ self._k.T
         return np.stack([np.cos(angle), np.sin(angle)])
+
+
+def _estimate(
+    leave_one_out: Sequence[float] | Array, value: float, window: tuple[float, float]
+) -> Estimate:
+    """By the jackknife; without an error where a value is infinite."""
+    if not np.isfinite([value, *leave_one_out]).all():
+        return Estimate(math.inf, math.nan, len(leave_one_out), window)
+    return Estimate(*jackknife(leave_one_out, value), len(leave_one_out), window)
