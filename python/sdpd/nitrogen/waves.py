@@ -39,7 +39,7 @@ SHELLS = 3  # lengths of waves: 13 wave vectors of a cube
 DECAYS = 1.5  # times in which friction alone damps a wave by e: lags of the viscosity
 LATE_DECAYS = 30.0  # likewise, of the viscosity that waves have much later
 SPEED = 0.05  # of a wave put in: root mean square of a component, in thermal speeds
-LARGEST_GROWTH = 0.05  # of the viscosity from the first lags to the late ones, where there is one
+LARGEST_GROWTH = 0.08  # of the viscosity from the first lags to the late ones, where there is one
 
 
 @dataclass(frozen=True)
