@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from sdpd import timestep
 from sdpd.errors import SdpdWarning
 from sdpd.nitrogen import rows
 from sdpd.nitrogen.cases import FROZEN, Case
 from sdpd.nitrogen.rows import LARGEST_ERROR, QUICK_ERROR, Row
-from sdpd.nitrogen.transport import Recorder, Transport
+from sdpd.nitrogen.transport import Recorder, Transport, puts_waves_in
+from sdpd.nitrogen.waves import Waves
 from sdpd.scene import Scene
 
 if TYPE_CHECKING:
@@ -75,6 +77,14 @@ class Plan:
     stretch: int = 24
     starts: int = STARTS
     largest_error: float = LARGEST_ERROR
+
+    def work(self, scene: Scene) -> int:
+        """Steps while samples are taken and waves die away."""
+        waves = 0
+        if self.stretches and puts_waves_in(scene):
+            step = timestep.auto_time_step(scene, "pair_splitting").value
+            waves = 2 * self.starts * Waves(scene, step).late_lag
+        return BLOCKS * self.steps + waves
 
     @classmethod
     def of(cls, case: Case, scene: Scene, *, quick: bool, transport: bool) -> Plan:

@@ -13,7 +13,7 @@ from sdpd import progress as bars
 from sdpd import validation
 from sdpd.analysis import Estimate
 from sdpd.nitrogen.cases import CASES, FROZEN, PUBLISHED_PARTICLES, scene_of
-from sdpd.nitrogen.measure import BLOCKS, Measured, Plan, measure
+from sdpd.nitrogen.measure import Measured, Plan, measure
 from sdpd.nitrogen.rows import LARGEST_T, ROUGH, Row
 from sdpd.scene import Scene
 from sdpd.units import table
@@ -257,7 +257,7 @@ class _Bar:
     """Progress over all cases, in pairs visited while sampling."""
 
     def __init__(self, jobs: list[tuple[Scene, Plan]], progress: bool | None) -> None:
-        whole = math.fsum(BLOCKS * plan.steps * self._pairs(scene) for scene, plan in jobs)
+        whole = math.fsum(plan.work(scene) * self._pairs(scene) for scene, plan in jobs)
         self._scale, self._done = 1000.0 / whole, 0.0
         self._bar = None
         if bars.wanted(progress):

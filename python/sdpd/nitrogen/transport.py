@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from sdpd.observers.base import Observer
     from sdpd.simulation import Simulation
 
-__all__ = ["Recorder", "Transport"]
+__all__ = ["Recorder", "Transport", "puts_waves_in"]
 
 Array = NDArray[np.float64]
 
@@ -163,7 +163,7 @@ class Recorder:
         levels = 1 + max(0, math.ceil(math.log2(last / dt / 30.0)))
         self._motion: Correlator = Correlator(every=1, points=32, levels=levels)
         self._heat = conductivity.HeatMoment(scene, dt)
-        self._waves = Waves(scene, dt) if SOFT <= scene.stiffness < FROZEN else None
+        self._waves = Waves(scene, dt) if puts_waves_in(scene) else None
         self._currents: CurrentCorrelator | None = None
         if self._waves is not None:
             points = 2 * (self._waves.lag // 2 + 1)
@@ -188,11 +188,6 @@ class Recorder:
         way = sim.unwrapped - self._places
         way -= way.mean(axis=0)
         self._moved = float(np.square(way).sum(axis=1).mean()) / self._scene.spacing**2
-
-    @property
-    def answer_steps(self) -> int:
-        """Steps of two copies each time that waves are put in; 0 where they are not."""
-        return 0 if self._waves is None else 2 * self._waves.late_lag
 
     def answer(
         self,
@@ -320,6 +315,11 @@ class Recorder:
         quiet = replace(whole, blocks=whole.blocks - noise.blocks + exact)
         start, stop = window[0], min(window[1], float(whole.lag[-1]))
         return einstein_viscosity(quiet, volume=volume, thermal_energy=energy, window=(start, stop))
+
+
+def puts_waves_in(scene: Scene) -> bool:
+    """Whether particles move, and no theory knows their stress."""
+    return SOFT <= scene.stiffness < FROZEN
 
 
 def _theory(scene: Scene, dt: float) -> ViscosityTheory | None:
