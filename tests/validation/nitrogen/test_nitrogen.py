@@ -14,6 +14,7 @@ CASE = "nitrogen"
 MOVING = tuple(range(1, 13))
 UNKNOWN_STRESS = tuple(range(5, 13))  # stiff
 FLOWING = (7, 8, 12)  # of those, with one viscosity at first and twenty times later
+SOLID = (9, 10)  # a glass and a crystal
 ROUGH_DIFFUSION = (9,)  # a glass: an error of 0.7 % would take a run thirteen times as long
 JUDGED = 12 * len(MOVING) + len(FLOWING)  # eta of the others gives way to T wave
 ROUGH = {(number, "Var rho") for number in (1, 2, 5, 9, 10)}  # gross faults only
@@ -50,8 +51,11 @@ def test_waves_of_equilibrium_die_like_waves_put_in(number: int) -> None:
     assert abs(transport.wave.z(response.viscosity)) < 4.0
     assert transport.wave.relative < 0.01 and response.viscosity.relative < 0.004
     assert transport.flows == (number in FLOWING)
-    # fluids move by more than a spacing in the run, glasses and crystals do not
-    assert (transport.moved > 1.5) == (number in FLOWING)
+    # particles leave their places in the run, or stay where they are, as in solids
+    if number in FLOWING:
+        assert transport.moved > 1.0
+    if number in SOLID:
+        assert transport.moved < 0.4 and response.growth.value > 2.0
 
 
 def test_all_that_is_predicted_is_judged() -> None:
