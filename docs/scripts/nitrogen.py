@@ -43,20 +43,19 @@ def variances(study: nitrogen.Study) -> str:
 def verdicts(study: nitrogen.Study) -> str:
     """Standard errors and distances of all that is judged."""
     cases = [found for found in study.cases if found.moves]
-    names = [row.name for row in cases[0].rows if any(_judged(each, row.name) for each in cases)]
+    names = list(dict.fromkeys(row.name for found in cases for row in found.rows if row.judged))
     rows = []
     for found in cases:
         cells = []
         for name in names:
-            row = next(row for row in found.rows if row.name == name)
-            error = f"{100.0 * row.measured.relative:.2g} %"
+            row = next((row for row in found.rows if row.name == name), None)
+            if row is None:
+                cells.append("")
+                continue
+            error = f"{100.0 * row.relative:.2g} %"
             cells.append(f"{row.t:+.1f}; {error}" if row.judged else f"–; {error}")
         rows.append([str(found.case.number), *cells])
     return grid(["case", *names], rows)
-
-
-def _judged(found: nitrogen.Measured, name: str) -> bool:
-    return any(row.judged for row in found.rows if row.name == name)
 
 
 def _accuracy(row: nitrogen.Row) -> str:
@@ -148,6 +147,54 @@ def resistances(study: nitrogen.Study) -> str:
     return grid(header, rows)
 
 
+def waves(study: nitrogen.Study) -> str:
+    """Viscosity of shear waves, where no theory knows the stress."""
+    rows = []
+    for found in study.cases:
+        transport = found.transport
+        if transport is None or transport.wave is None or transport.response is None:
+            continue
+        eta, response = transport.asked_viscosity, transport.response
+        measured, put_in = transport.wave.scaled(1.0 / eta), response.viscosity.scaled(1.0 / eta)
+        growth = "without bound"
+        if math.isfinite(response.growth.value):
+            growth = shown(response.growth.value, response.growth.stderr, digits=3)
+        first, last = (
+            (each.window or (0.0, 0.0))[1] / found.scene.friction_time
+            for each in (response.viscosity, response.growth)
+        )
+        warmth = next(row for row in found.rows if row.name == "T wave")
+        rows.append(
+            [
+                *_name(found),
+                shown(*_ratio(warmth, warmth.expected), digits=4),
+                shown(measured.value, measured.stderr, digits=4),
+                shown(put_in.value, put_in.stderr, digits=4),
+                f"{measured.z(put_in):+.1f}",
+                f"{first:.0f}",
+                growth,
+                f"{last:.0f}",
+                f"{math.sqrt(transport.moved):.2f}",
+                "yes" if transport.flows else "no",
+            ]
+        )
+    header = [
+        "case",
+        "$N_i$",
+        r"$h/\Delta x$",
+        "$T$ of waves",
+        r"$\eta$ of waves, equilibrium",
+        r"$\eta$ of waves, put in",
+        "$t$",
+        r"within [$\tau$]",
+        "later over it",
+        r"within [$\tau$]",
+        r"rms displacement [$\Delta x$]",
+        "judged",
+    ]
+    return grid(header, rows)
+
+
 def _expected(row: nitrogen.Row, unit: float) -> str:
     return f"{row.expected / unit:.4f} ± {row.accuracy / unit:.4f}"
 
@@ -228,13 +275,21 @@ def write(report: Report, study: nitrogen.Study, both: dict[str, nitrogen.Study]
     against = (
         "Over the values asked for. Helfand moments, with the noise of these runs. Expected of "
         "$\\eta$: friction on the particles as they lay, the mean-field share of pressure forces "
-        "within the lags, and what particles carry (judged in cases 1 to 4); of $\\kappa$: the "
-        "lattice at the time step and what friction and motion carry. After ± the accuracy. "
-        "Lattice: friction by its sum at the time step; decay of a wave of temperature, without "
-        "noise, at a wavelength of 16 spacings or two supports."
+        "within the lags, and what particles carry (judged in cases 1 to 4; the others by "
+        "waves, below); of $\\kappa$: the lattice at the time step and what friction and motion "
+        "carry. After ± the accuracy. Lattice: friction by its sum at the time step; decay of a "
+        "wave of temperature, without noise, at a wavelength of 16 spacings or two supports."
     )
-    end = f"Written by `{report.command}`."
-    text = [diffusion(study), measured, resistances(study), against, end]
+    text = [diffusion(study), measured, resistances(study), against]
+    if any(found.transport and found.transport.response for found in study.cases):
+        beside = (
+            "Shear waves of the longest three lengths of the box, over the temperature and the "
+            "viscosity asked for, with what short waves feel less in a continuum taken out: "
+            "correlated in equilibrium, and put into another run. Later: viscosity within twenty "
+            "times the lags. The displacement is that of the run in equilibrium."
+        )
+        text += [waves(study), beside]
+    text.append(f"Written by `{report.command}`.")
     report.write("generated", "nitrogen_transport.md", "\n\n".join(text) + "\n")
     report.figure(nitrogen.plot(study, plt.figure(figsize=(9.0, 6.8), layout="constrained")))
     figure = plt.figure(figsize=(10.8, 4.4), layout="constrained")

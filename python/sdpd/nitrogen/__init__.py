@@ -17,6 +17,7 @@ from sdpd.nitrogen.measure import Measured, Plan, measure
 from sdpd.nitrogen.rows import Row
 from sdpd.nitrogen.study import DEFAULT, Study, run_nitrogen
 from sdpd.nitrogen.transport import Transport
+from sdpd.nitrogen.waves import Response
 
 __all__ = [
     "CASES",
@@ -26,6 +27,7 @@ __all__ = [
     "Case",
     "Measured",
     "Plan",
+    "Response",
     "Row",
     "Study",
     "Transport",

@@ -172,11 +172,13 @@ def _draw_diffusion(axis: Any, found: Measured) -> None:
 
 
 def _draw_viscosity(axis: Any, found: Measured) -> None:
-    if found.moves:
-        _point(axis, found, "eta", filled=True)
-    else:
-        axis.plot(_place(found), _row(found, "eta").published, "x", ms=4, color="0.4")
     assert found.transport is not None
+    axis.plot(_place(found), _row(found, "eta").published, "x", ms=4, color="0.4")
+    waves = found.transport.wave is not None
+    if found.moves:
+        _point(
+            axis, found, "eta wave" if waves else "eta", filled=not waves or found.transport.flows
+        )
     value = found.transport.lattice_viscosity
     axis.plot(_place(found), value, _MARKERS[_rank(found)], ms=4.5, color="0.6", mfc="white")
 
@@ -211,7 +213,9 @@ def _legend() -> list[Any]:
     rest: dict[str, Any] = {"ls": "", "color": "0.3"}
     handles += [
         Line2D([], [], marker="o", ms=4.5, **rest, label="with noise (D: long times)"),
-        Line2D([], [], marker="o", ms=4.5, mfc="white", **rest, label="D of short times"),
+        Line2D(
+            [], [], marker="o", ms=4.5, mfc="white", **rest, label="D of short times, η that grows"
+        ),
         Line2D([], [], marker="o", ms=4.5, mfc="white", color="0.6", ls="", label="lattice"),
         Line2D([], [], marker="_", ms=11, **rest, label="expected"),
         Line2D([], [], marker="x", ms=4, color="0.4", ls="", label="Yang (2013)"),

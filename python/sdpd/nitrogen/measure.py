@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from sdpd import timestep
 from sdpd.errors import SdpdWarning
 from sdpd.nitrogen import rows
 from sdpd.nitrogen.cases import FROZEN, Case
 from sdpd.nitrogen.rows import LARGEST_ERROR, QUICK_ERROR, Row
-from sdpd.nitrogen.transport import Recorder, Transport
+from sdpd.nitrogen.transport import Recorder, Transport, puts_waves_in
+from sdpd.nitrogen.waves import Waves
 from sdpd.scene import Scene
 
 if TYPE_CHECKING:
@@ -27,26 +29,28 @@ __all__ = ["Measured", "Plan", "measure"]
 Array = NDArray[np.float64]
 
 BLOCKS = 32
-# Steps of each block, by case: what brings the errors of what is judged below 0.7 %. Var rho takes
-# most of them, and in case 9 a stress that is nearly that of a solid.
+# Steps of each block, by case: what brings the errors of what is judged below 0.7 %. Most go to
+# Var rho, to the waves of cases 7, 8 and 12, and to the long-time self-diffusion of 5, 6 and 10.
 STEPS = {
     1: 625,
     2: 700,
     3: 875,
     4: 560,
-    5: 320,
-    6: 200,
-    7: 260,
-    8: 230,
+    5: 700,
+    6: 320,
+    7: 300,
+    8: 240,
     9: 550,
-    10: 200,
-    11: 560,
-    12: 150,
+    10: 560,
+    11: 480,
+    12: 300,
 }
 QUICK_STEPS = 40
 FROZEN_STEPS = 20
 MANY_PAIRS = 45.0  # pairs a particle, beyond which a quick run is shorter: its cost goes with them
 STRETCHES = 64  # of 512 particles
+STARTS = 6  # times that shear waves are put in
+QUICK_STARTS = 3
 CONDUCTED = 0.04  # loss by the time step of what conducts on the lattice
 CLOSE = 0.5  # spacings between particles that are a pair
 
@@ -60,7 +64,9 @@ class Plan:
     equilibration, steps : int
         Steps; samples are five apart.
     stretches, stretch : int
-        Of small steps, for the slope of the velocity autocorrelation; none if 0.
+        Of small steps, for the slope of the velocity autocorrelation; no transport if 0.
+    starts : int
+        Times that shear waves are put into a run of its own, where they are, >= 2.
     largest_error : float
         Relative standard error up to which a verdict means something.
     """
@@ -69,7 +75,16 @@ class Plan:
     steps: int = 200
     stretches: int = STRETCHES
     stretch: int = 24
+    starts: int = STARTS
     largest_error: float = LARGEST_ERROR
+
+    def work(self, scene: Scene) -> int:
+        """Steps while samples are taken and waves die away."""
+        waves = 0
+        if self.stretches and puts_waves_in(scene):
+            step = timestep.auto_time_step(scene, "pair_splitting").value
+            waves = 2 * self.starts * Waves(scene, step).late_lag
+        return BLOCKS * self.steps + waves
 
     @classmethod
     def of(cls, case: Case, scene: Scene, *, quick: bool, transport: bool) -> Plan:
@@ -82,7 +97,9 @@ class Plan:
         if quick:
             share = min(1.0, MANY_PAIRS / scene.pairs_per_particle)
             steps = 5 * max(4, round(QUICK_STEPS * share / 5.0))
-            return cls(600, steps, 8 if transport else 0, largest_error=QUICK_ERROR)
+            return cls(
+                600, steps, 8 if transport else 0, starts=QUICK_STARTS, largest_error=QUICK_ERROR
+            )
         usual = max(8, math.ceil(2.0 * scene.resolution.support)) ** 3 / scene.n_particles
         steps = 5 * max(4, round(STEPS.get(case.number, 200) * usual / 5.0))
         stretches = max(32, round(STRETCHES * 512 / scene.n_particles))
@@ -165,6 +182,8 @@ def measure(
     recorder = Recorder(scene, sim.dt, BLOCKS * plan.steps) if plan.stretches else None
     observers = [] if recorder is None else recorder.observers
     blocks = []
+    if recorder is not None:
+        recorder.begin(sim)
     for block in range(BLOCKS):
         values = []
         for _ in range(plan.steps // 5):
@@ -181,8 +200,17 @@ def measure(
     paired = _paired(scene, np.asarray(sim.positions))
     transport = None
     if recorder is not None:
+        recorder.end(sim)
         warm = float(table[:, 0].mean())
-        transport = recorder.result(recorder.slopes(sim, plan.stretches, plan.stretch), warm)
+        slopes = recorder.slopes(sim, plan.stretches, plan.stretch)
+        response = recorder.answer(
+            starts=plan.starts,
+            equilibration=plan.equilibration,
+            seed=seed + 1,
+            threads=threads,
+            tell=tell,
+        )
+        transport = recorder.result(slopes, warm, response)
         found += rows.transport(case, scene, transport)
     found = tuple(replace(row, largest_error=plan.largest_error) for row in found)
     refused = sim.energy_accounts().refused

@@ -27,8 +27,8 @@ __all__ = [
 Array = NDArray[np.float64]
 
 # In standard errors, with 31 degrees of freedom: p = 4e-4. In the twelve cases whose particles move
-# 136 rows are judged (viscosity in four of them). T, T_kin, c_rms and Var V of a case are one
-# statistic, as its energy is kept: 100 are left, and one of them is beyond with a probability of
+# 147 rows are judged (viscosity in seven of them). T, T_kin, c_rms and Var V of a case are one
+# statistic, as its energy is kept: 111 are left, and one of them is beyond with a probability of
 # 0.04 (Bonferroni).
 LARGEST_T = 4.0
 LARGEST_ERROR = 0.007  # relative, of what is judged
@@ -75,10 +75,19 @@ class Row:
         """Distance beyond the accuracy of what is expected, in standard errors."""
         away = self.measured.value - self.expected
         beyond = math.copysign(max(0.0, abs(away) - self.accuracy), away)
-        error = math.hypot(self.measured.stderr, self.expected_stderr)
+        error = self._error
         if error == 0.0:
             return math.copysign(math.inf, beyond) if beyond else 0.0
         return beyond / error
+
+    @property
+    def _error(self) -> float:
+        return math.hypot(self.measured.stderr, self.expected_stderr)
+
+    @property
+    def relative(self) -> float:
+        """Standard error of the difference over what was measured [1]."""
+        return self._error / abs(self.measured.value) if self.measured.value else math.inf
 
     @property
     def rough(self) -> bool:
@@ -90,7 +99,7 @@ class Row:
         """Within `LARGEST_T` standard errors that are small enough to tell; else not judged."""
         if not self.judged:
             return True
-        return abs(self.t) < LARGEST_T and self.measured.relative <= self.largest_error
+        return abs(self.t) < LARGEST_T and self.relative <= self.largest_error
 
 
 def means_and_variances(
@@ -215,6 +224,26 @@ def transport(case: Case, scene: Scene, found: Transport) -> tuple[Row, ...]:
             None,
             moves,
             accuracy=found.conductivity_accuracy,
+        ),
+        *_waves(scene, found),
+    )
+
+
+def _waves(scene: Scene, found: Transport) -> tuple[Row, ...]:
+    """Shear waves of equilibrium beside those put in, where particles are stiff and move."""
+    if found.wave is None or found.wave_temperature is None or found.response is None:
+        return ()
+    put_in = found.response.viscosity
+    return (
+        Row("T wave", "K", found.wave_temperature, scene.fluid.temperature, None, True),
+        Row(
+            "eta wave",
+            "Pa s",
+            found.wave,
+            put_in.value,
+            None,
+            found.flows,
+            expected_stderr=put_in.stderr,
         ),
     )
 

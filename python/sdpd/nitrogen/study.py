@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 from sdpd import progress as bars
 from sdpd import validation
+from sdpd.analysis import Estimate
 from sdpd.nitrogen.cases import CASES, FROZEN, PUBLISHED_PARTICLES, scene_of
-from sdpd.nitrogen.measure import BLOCKS, Measured, Plan, measure
+from sdpd.nitrogen.measure import Measured, Plan, measure
 from sdpd.nitrogen.rows import LARGEST_T, ROUGH, Row
 from sdpd.scene import Scene
 from sdpd.units import table
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DEFAULT", "Study", "run_nitrogen"]
 
+EXACT = 1e-3  # relative standard error of what is expected, up to which it counts as exact
 DEFAULT = (1, 5, 9, 13, 17)  # the finest support of each particle size
 
 
@@ -88,7 +90,7 @@ class Study:
                 f"{len(judged)} predictions were {met}: |t| < {LARGEST_T:g} beyond their accuracy, "
                 f"standard errors up to {largest:.1%}; found |t| up to "
                 f"{max(abs(row.t) for row in judged):.1f}, errors up to "
-                f"{max(row.measured.relative for row in judged):.2%}"
+                f"{max(row.relative for row in judged):.2%}"
             )
             rough = sum(row.rough for row in judged)
             lines.append(
@@ -104,6 +106,8 @@ def _prediction(row: Row) -> list[str]:
     if not math.isfinite(row.expected):
         return ["-", "", "not judged"]
     known = f"± {100.0 * row.accuracy / abs(row.expected):.2g} %" if row.accuracy else "exact"
+    if row.expected_stderr > EXACT * abs(row.expected):
+        known = f"SE {100.0 * row.expected_stderr / abs(row.expected):.2g} %"
     if not row.judged:
         return [f"{row.expected:.6g}", "" if known == "exact" else known, "not judged"]
     verdict = f"{row.t:+.1f}" + ("" if row.passed else " FAIL")
@@ -131,17 +135,40 @@ def _remarks(found: Measured) -> list[str]:
     )
     lines = [about]
     if found.moves and not transport.stress_known:
-        lines.append(
-            f"case {found.case.number}: eta is reported, not judged: the mean field of the stress "
-            "that cages hold is of soft fluids, m c^2/kT near 100"
-        )
+        lines += _stiff(found)
     for row in found.rows:
-        if row.judged and row.measured.relative > row.largest_error:
+        if row.judged and row.relative > row.largest_error:
             lines.append(
                 f"case {found.case.number}: {row.name} has a standard error of "
-                f"{row.measured.relative:.1%}, too large to judge by"
+                f"{row.relative:.1%}, too large to judge by"
             )
     return lines
+
+
+def _stiff(found: Measured) -> list[str]:
+    """Whether particles too stiff for the theory of the stress have a viscosity."""
+    name, transport = f"case {found.case.number}", found.transport
+    assert transport is not None
+    why = "the mean field of the stress that cages hold is of soft fluids, m c^2/kT near 100"
+    lines = [f"{name}: eta is reported, not judged: {why}"]
+    response = transport.response
+    if response is not None:
+        first, last = ((x.window or (0.0, 0.0))[1] for x in (response.viscosity, response.growth))
+        verdict = "waves put into another run judge it (eta wave)"
+        if not transport.flows:
+            verdict = "no viscosity at this time scale, eta wave is not judged"
+        lines.append(
+            f"{name}: {verdict}: within {last:.2g} s waves have {_times(response.growth)} times "
+            f"the viscosity that they have within {first:.2g} s; particles moved by "
+            f"{math.sqrt(transport.moved):.2f} spacings (root mean square) in the run"
+        )
+    return lines
+
+
+def _times(growth: Estimate) -> str:
+    if not math.isfinite(growth.value):
+        return "without bound, as in a solid,"
+    return f"{growth.value:.3f} ± {growth.stderr:.2g}"
 
 
 def _number(value: float | None) -> str:
@@ -230,7 +257,7 @@ class _Bar:
     """Progress over all cases, in pairs visited while sampling."""
 
     def __init__(self, jobs: list[tuple[Scene, Plan]], progress: bool | None) -> None:
-        whole = math.fsum(BLOCKS * plan.steps * self._pairs(scene) for scene, plan in jobs)
+        whole = math.fsum(plan.work(scene) * self._pairs(scene) for scene, plan in jobs)
         self._scale, self._done = 1000.0 / whole, 0.0
         self._bar = None
         if bars.wanted(progress):

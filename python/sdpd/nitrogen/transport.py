@@ -2,13 +2,15 @@
 
 The long-time coefficient follows from the displacements, viscosity and conductivity from the
 Helfand moments of momentum and heat of that run; the slope of the velocity autocorrelation from
-short stretches of small steps after it.
+short stretches of small steps after it. Where the stress of pressure forces is known by no theory,
+shear waves of the run are set beside shear waves that are put into another one.
 """
 
 from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -23,6 +25,8 @@ from sdpd.diffusion.collective import collective_theory
 from sdpd.diffusion.measure import SLOPE_LAGS, normalized_vacf
 from sdpd.effects import Effects
 from sdpd.errors import SdpdWarning
+from sdpd.nitrogen.cases import FROZEN
+from sdpd.nitrogen.waves import Response, Waves
 from sdpd.scene import Scene
 from sdpd.theory import ViscosityTheory
 from sdpd.viscosity.arrangement import Arrangement
@@ -30,16 +34,17 @@ from sdpd.viscosity.lattice import measure_lattice
 from sdpd.viscosity.predictions import viscosity_theory
 
 if TYPE_CHECKING:
-    from sdpd.observers import Correlator, StressCorrelator
+    from sdpd.observers import Correlator, CurrentCorrelator, StressCorrelator
     from sdpd.observers.base import Observer
     from sdpd.simulation import Simulation
 
-__all__ = ["Recorder", "Transport"]
+__all__ = ["Recorder", "Transport", "puts_waves_in"]
 
 Array = NDArray[np.float64]
 
 BLOCKS = 32  # of time, behind the errors of what is judged
-LONG_BLOCKS = 8  # likewise of what needs long lags
+LONG_BLOCKS = 8  # likewise of what needs long lags, at least
+BLOCK_LAGS = 4  # their length in longest lags, where there are more
 SLOPE_STEP = 0.05  # of tau
 SETTLING = 8  # of these steps before a stretch: longer ones leave stiff modes a little too hot
 STRESS_LAGS = (10, 20)  # steps: what longer lags add is ever less certain
@@ -47,7 +52,7 @@ DIFFUSION_LAGS = (64, 128)
 LONGEST = 0.04  # long window of the Helfand moment, at most this share of the run
 # Stiffness m c^2/kT up to which the mean field of cages is taken for known: it was tried near 100.
 # Stiffer fluids have more stress: case 11 is 2.8 % of its viscosity above it within these lags, and
-# cages take nearly half of its self-diffusion where mean field has a sixth.
+# cages take nearly half of its self-diffusion where mean field has a sixth. Waves judge those.
 SOFT = 200.0
 WEAK = 0.2  # loss of self-diffusion by cages, in mean field, up to which it is an estimate
 ROUNDING = 1e-6  # of a lag: a window holds the lags it ends at
@@ -94,6 +99,12 @@ class Transport:
     expected_conductivity, conductivity_accuracy : float
         Of the lattice at the time step, with what friction and motion carry; what disorder takes
         at most, and all that motion carries [W/(m K)].
+    moved : float
+        Mean-square displacement of the particles in the run, over dx^2 [1].
+    wave, wave_temperature : Estimate or None
+        Viscosity [Pa s] and temperature [K] of shear waves in equilibrium, of stiff particles.
+    response : Response or None
+        Viscosity of shear waves put into another run.
     """
 
     short: Estimate
@@ -115,13 +126,22 @@ class Transport:
     conductivity: Estimate
     expected_conductivity: float
     conductivity_accuracy: float
+    moved: float
+    wave: Estimate | None = None
+    wave_temperature: Estimate | None = None
+    response: Response | None = None
+
+    @property
+    def flows(self) -> bool:
+        """Whether the waves put in show one viscosity, at first and twenty times later."""
+        return self.response is not None and self.response.flows
 
 
 class Recorder:
     """What the transport coefficients of a case need from its run of `steps` steps."""
 
     def __init__(self, scene: Scene, dt: float, steps: int) -> None:
-        from sdpd.observers import Correlator, StressCorrelator
+        from sdpd.observers import Correlator, CurrentCorrelator, StressCorrelator
 
         self._scene, self._dt = scene, dt
         self._isothermal = scene.replace(effects=Effects())
@@ -137,19 +157,53 @@ class Recorder:
         self._stress: StressCorrelator = StressCorrelator(
             every=1, points=32, levels=levels, parts=True
         )
-        block = 0.9 * steps / LONG_BLOCKS  # lags end within a block
+        block = 0.9 * steps / self._motion_blocks  # lags end within a block
         first, last = (min(lag, block * lag / DIFFUSION_LAGS[1]) * dt for lag in DIFFUSION_LAGS)
         self._long = first * (1.0 - ROUNDING), last * (1.0 + ROUNDING)
         levels = 1 + max(0, math.ceil(math.log2(last / dt / 30.0)))
         self._motion: Correlator = Correlator(every=1, points=32, levels=levels)
         self._heat = conductivity.HeatMoment(scene, dt)
+        self._waves = Waves(scene, dt) if puts_waves_in(scene) else None
+        self._currents: CurrentCorrelator | None = None
+        if self._waves is not None:
+            points = 2 * (self._waves.lag // 2 + 1)
+            self._currents = CurrentCorrelator(
+                self._waves.vectors, every=1, points=points, levels=1
+            )
         longest_wave = np.array([[1, 0, 0]])
         self._arrangement = Arrangement(scene, wave_vectors=longest_wave, dt=dt, every=1)
 
     @property
     def observers(self) -> list[Observer]:
         """Of the run."""
-        return [self._stress, self._motion, self._heat.observer]
+        waves = [] if self._currents is None else [self._currents]
+        return [self._stress, self._motion, self._heat.observer, *waves]
+
+    def begin(self, sim: Simulation) -> None:
+        """Note where particles are as the run begins."""
+        self._places = sim.unwrapped.copy()
+
+    def end(self, sim: Simulation) -> None:
+        """Note how far they have come."""
+        way = sim.unwrapped - self._places
+        way -= way.mean(axis=0)
+        self._moved = float(np.square(way).sum(axis=1).mean()) / self._scene.spacing**2
+
+    def answer(
+        self,
+        *,
+        starts: int,
+        equilibration: int,
+        seed: int,
+        threads: int | None,
+        tell: Callable[[int], object] | None,
+    ) -> Response | None:
+        """Put waves into a run of its own; None where theory knows the stress."""
+        if self._waves is None:
+            return None
+        return self._waves.put_in(
+            starts=starts, equilibration=equilibration, seed=seed, threads=threads, tell=tell
+        )
 
     def look(self, sim: Simulation) -> None:
         """Note the friction on the particles as they lie, between stretches of the run."""
@@ -191,13 +245,15 @@ class Recorder:
         """k_B T/m [m^2/s^2]."""
         return self._scene.thermal_energy / self._scene.particle_mass
 
-    def result(self, slopes: tuple[Estimate, Estimate], temperature: float) -> Transport:
+    def result(
+        self, slopes: tuple[Estimate, Estimate], temperature: float, response: Response | None
+    ) -> Transport:
         """Everything, after the run and after `slopes`; `temperature` is the mean of the run."""
         scene, dt, theory = self._scene, self._dt, self._theory
         short, exact = slopes
         # the trapezoid of a step adds dt^2/12 times the slope of C to its integral
         bias = self._variance**2 / exact.value * dt**2 / 12.0
-        curve = self._motion.correlation("msd", n_blocks=LONG_BLOCKS)
+        curve = self._motion.correlation("msd", n_blocks=self._motion_blocks)
         msd = einstein_diffusion(curve, window=self._long)
         lattice = measure_lattice(self._isothermal, dt).factor.value
         friction = self._arrangement.friction.value * lattice
@@ -210,6 +266,12 @@ class Recorder:
         heat = conductivity.predict(scene, dt=dt)
         conduction = heat.conduction * wave.delivered / wave.lattice
         asked = scene.fluid.shear_viscosity
+        wave_viscosity = warmth = None
+        if self._waves is not None and self._currents is not None:
+            blocks = self._blocks(self._waves.lag)
+            wave_viscosity, warmth = self._waves.correlated(
+                self._currents.correlations(n_blocks=blocks)
+            )
         return Transport(
             short=short,
             exact=exact,
@@ -230,7 +292,15 @@ class Recorder:
             conductivity=self._heat.slope(temperature, n_blocks=self._blocks(self._heat.steps)),
             expected_conductivity=conduction + heat.friction + heat.convection,
             conductivity_accuracy=CONDUCTION_ACCURACY[3] * conduction + heat.convection,
+            moved=self._moved,
+            wave=wave_viscosity,
+            wave_temperature=warmth,
+            response=response,
         )
+
+    @property
+    def _motion_blocks(self) -> int:
+        return min(BLOCKS, max(LONG_BLOCKS, self._steps // (BLOCK_LAGS * DIFFUSION_LAGS[1])))
 
     def _blocks(self, lags: int) -> int:
         """Of time: each lasts twice the lags."""
@@ -245,6 +315,11 @@ class Recorder:
         quiet = replace(whole, blocks=whole.blocks - noise.blocks + exact)
         start, stop = window[0], min(window[1], float(whole.lag[-1]))
         return einstein_viscosity(quiet, volume=volume, thermal_energy=energy, window=(start, stop))
+
+
+def puts_waves_in(scene: Scene) -> bool:
+    """Whether particles move, and no theory knows their stress."""
+    return SOFT <= scene.stiffness < FROZEN
 
 
 def _theory(scene: Scene, dt: float) -> ViscosityTheory | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import pytest
@@ -12,7 +13,10 @@ from tests.validation import record
 CASE = "nitrogen"
 MOVING = tuple(range(1, 13))
 UNKNOWN_STRESS = tuple(range(5, 13))  # stiff
-JUDGED = 12 * len(MOVING) - len(UNKNOWN_STRESS)
+FLOWING = (7, 8, 12)  # of those, with one viscosity at first and twenty times later
+SOLID = (9, 10)  # a glass and a crystal
+ROUGH_DIFFUSION = (9,)  # a glass: an error of 0.7 % would take a run thirteen times as long
+JUDGED = 12 * len(MOVING) + len(FLOWING)  # eta of the others gives way to T wave
 ROUGH = {(number, "Var rho") for number in (1, 2, 5, 9, 10)}  # gross faults only
 
 
@@ -33,13 +37,32 @@ def test_a_case_that_moves(number: int) -> None:
     assert transport is not None
     assert transport.stress_known == (number not in UNKNOWN_STRESS)
     assert 0.3 < transport.long.value / transport.exact.value < 1.02
+    # 0.7 % are asked for; the error is itself known to a fifth
+    assert transport.long.relative < (0.04 if number in ROUGH_DIFFUSION else 0.0085)
+
+
+@pytest.mark.parametrize("number", UNKNOWN_STRESS)
+def test_waves_of_equilibrium_die_like_waves_put_in(number: int) -> None:
+    """Onsager's regression, exact in every state; a viscosity only where it stays one."""
+    transport = study().cases[MOVING.index(number)].transport
+    assert transport is not None and transport.wave is not None
+    response = transport.response
+    assert response is not None
+    assert abs(transport.wave.z(response.viscosity)) < 4.0
+    assert transport.wave.relative < 0.01 and response.viscosity.relative < 0.004
+    assert transport.flows == (number in FLOWING)
+    # particles leave their places in the run, or stay where they are, as in solids
+    if number in FLOWING:
+        assert transport.moved > 1.0
+    if number in SOLID:
+        assert transport.moved < 0.4 and response.growth.value > 2.0
 
 
 def test_all_that_is_predicted_is_judged() -> None:
     rows = [row for found in study().cases for row in found.rows]
     assert sum(row.judged for row in rows) == JUDGED
     free = {row.name for row in rows if not row.judged}
-    assert free == {"D long", "eta", "eta long"}
+    assert free == {"D long", "eta", "eta long", "eta wave"}
     rough = {
         (each.case.number, row.name) for each in study().cases for row in each.rows if row.rough
     }
@@ -58,7 +81,8 @@ def test_record() -> None:
             row.name: {
                 "measured": row.measured.value,
                 "stderr": row.measured.stderr,
-                "expected": row.expected if row.expected == row.expected else None,
+                "expected": _finite(row.expected),
+                "expected_stderr": row.expected_stderr,
                 "accuracy": row.accuracy,
                 "t": row.t if row.judged else None,
             }
@@ -66,4 +90,16 @@ def test_record() -> None:
         }
         for found in study().cases
     }
+    for found in study().cases:
+        transport = found.transport
+        assert transport is not None
+        more: dict[str, float | None] = {"moved": transport.moved}
+        if transport.response is not None:
+            growth = transport.response.growth
+            more |= {"growth": _finite(growth.value), "stderr": _finite(growth.stderr)}
+        numbers[f"case {found.case.number}"]["flow"] = more
     record.store(CASE, numbers)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
