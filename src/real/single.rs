@@ -6,7 +6,7 @@ use super::{Arithmetic, Real, polynomial};
 const ROUNDER: f32 = 12_582_912.0;
 /// 2^-31.
 const HALF_WORD: f32 = 1.0 / 2_147_483_648.0;
-const LN2_HI: f32 = 0.693_359_375;
+const LN2_HI: f32 = 0.693_359_4;
 const LN2_LO: f32 = -2.121_944_4e-4;
 
 /// The upper 31 bits of a word: as an integer with a sign they are converted by one instruction.
@@ -42,7 +42,7 @@ impl Real for f32 {
     #[inline(always)]
     fn ln<A: Arithmetic>(self) -> Self {
         const L: [f32; 9] = [
-            3.333_333_1e-1,
+            3.333_333e-1,
             -2.499_999_4e-1,
             2.000_071_5e-1,
             -1.666_805_8e-1,
