@@ -8,10 +8,7 @@ mod single;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-pub use double::{
-    ROUNDER, cos_sin_turn, expm1_negative, expm1_negative_with, inverse_root, inverse_root_with,
-    ln, root,
-};
+pub use double::ROUNDER;
 
 /// How a product is added: with one rounding where the loop is compiled for machines that do it at
 /// once, with two elsewhere.
@@ -108,4 +105,33 @@ fn polynomial<A: Arithmetic, R: Real, const N: usize>(z: R, coefficients: &[R; N
         sum = A::fused(sum, z, coefficients[k]);
     }
     sum
+}
+
+/// cos x and sin x for |x| <= pi/4 by series in x^2, their first terms exact.
+#[inline(always)]
+fn cos_sin<A: Arithmetic, R: Real, const N: usize>(x: R, sine: &[R; N], cosine: &[R; N]) -> (R, R) {
+    let z = x * x;
+    let base = A::fused(R::of(-0.5), z, R::of(1.0));
+    (
+        A::fused(z * z, polynomial::<A, R, N>(z, cosine), base),
+        A::fused(x * z, polynomial::<A, R, N>(z, sine), x),
+    )
+}
+
+/// Natural logarithm of a positive normal number, outside of loops for particular machines.
+#[inline(always)]
+pub fn ln(x: f64) -> f64 {
+    Real::ln::<Plain>(x)
+}
+
+/// (cos, sin) of 2 pi t for t in [0, 1], likewise.
+#[inline(always)]
+pub fn cos_sin_turn(t: f64) -> (f64, f64) {
+    t.cos_sin_turn::<Plain>()
+}
+
+/// exp(-x) - 1 for x >= 0, likewise.
+#[inline(always)]
+pub fn expm1_negative(x: f64) -> f64 {
+    x.expm1_negative::<Plain>()
 }

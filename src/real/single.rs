@@ -1,6 +1,6 @@
 //! The functions in single precision. Coefficients: Cephes (Moshier, 1989), `logf`, `sinf`, `cosf`.
 
-use super::{Arithmetic, Real, polynomial};
+use super::{Arithmetic, Real, cos_sin, polynomial};
 
 /// 1.5 * 2^23: adding and subtracting it rounds to the nearest integer.
 const ROUNDER: f32 = 12_582_912.0;
@@ -67,10 +67,7 @@ impl Real for f32 {
         let quarters = 4.0 * self;
         let shifted = quarters + ROUNDER;
         let x = (quarters - (shifted - ROUNDER)) * std::f32::consts::FRAC_PI_2;
-        let z = x * x;
-        let sine = A::fused(x * z, polynomial::<A, _, 3>(z, &S), x);
-        let base = A::fused(-0.5, z, 1.0);
-        let cosine = A::fused(z * z, polynomial::<A, _, 3>(z, &C), base);
+        let (cosine, sine) = cos_sin::<A, _, 3>(x, &S, &C);
         // Quadrant k = 0..4 (4 wraps to 0) sits in the low bits of `shifted`.
         let k = shifted.to_bits();
         let swap = (k & 1).wrapping_neg();

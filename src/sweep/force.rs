@@ -6,7 +6,7 @@
 use std::marker::PhantomData;
 
 use super::density::know_near;
-use super::precision::Precision;
+use super::precision::{Copies, Precision};
 use super::rows::{Companion, MOST, Noise, Pairs, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wide::{LANES, Vector};
@@ -397,6 +397,41 @@ fn finish<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>(
     }
 }
 
+/// Adds the forces of all pairs to those of the particles, which it sets to 0 before: of the
+/// `velocity` that is given, and of pressures where `CONSERVATIVE`.
+#[allow(clippy::too_many_arguments)]
+fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
+    force: &mut [[f64; 4]],
+    [position, velocity]: [&[[f64; 4]]; 2],
+    id: &[u64],
+    copies: &mut Copies,
+    grid: &Grid,
+    list: &PairList,
+    cell: &PeriodicBox,
+    (kick, key): (Kick, SweepKey),
+    sums: Option<BlockSums<'_>>,
+) where
+    K: Kernel,
+    F: FrictionForm,
+    V: Variate,
+    P: Precision,
+{
+    force.fill([0.0; 4]);
+    let force = Shared::new(force);
+    let source = Source {
+        cell,
+        place: P::places(position, cell, &mut copies.place),
+        motion: P::motions(velocity, &mut copies.motion),
+        id,
+    };
+    for_each_block(grid, &list.blocks, false, &|number, block| {
+        let near = &list.near[number as usize];
+        sweep_block::<K, F, V, P, D, CONSERVATIVE>(
+            &source, near, block, &force, &kick, &key, sums, number,
+        );
+    });
+}
+
 /// Sets `force` to the sum of the conservative force and, where their types are on, drag and noise.
 #[allow(clippy::too_many_arguments)]
 pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>(
@@ -418,20 +453,9 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D
         copies,
         ..
     } = particles;
-    force.fill([0.0; 4]);
-    let force = Shared::new(force);
-    let place = P::places(position, cell, &mut copies.place);
-    let motion = P::motions(velocity, &mut copies.motion);
-    let source = Source {
-        cell,
-        place,
-        motion,
-        id,
-    };
-    for_each_block(grid, &list.blocks, false, &|number, block| {
-        let near = &list.near[number as usize];
-        sweep_block::<K, F, V, P, D, true>(&source, near, block, &force, &kick, &key, sums, number);
-    });
+    let state = [&position[..], &velocity[..]];
+    let process = (kick, key);
+    sweep::<K, F, V, P, D, true>(force, state, id, copies, grid, list, cell, process, sums);
     if let Some(tally) = tally {
         tally.keep_force();
     }
@@ -460,22 +484,9 @@ pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D
         copies,
         ..
     } = particles;
-    drag.fill([0.0; 4]);
-    let force = Shared::new(drag);
-    let place = P::places(position, cell, &mut copies.place);
-    let motion = P::motions(scratch, &mut copies.motion);
-    let source = Source {
-        cell,
-        place,
-        motion,
-        id,
-    };
-    for_each_block(grid, &list.blocks, false, &|number, block| {
-        let near = &list.near[number as usize];
-        sweep_block::<K, F, V, P, D, false>(
-            &source, near, block, &force, &kick, &key, sums, number,
-        );
-    });
+    let state = [&position[..], &scratch[..]];
+    let process = (kick, key);
+    sweep::<K, F, V, P, D, false>(drag, state, id, copies, grid, list, cell, process, sums);
     if let Some(tally) = tally {
         tally.keep_correction();
     }

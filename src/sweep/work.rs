@@ -12,7 +12,7 @@ use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
-use crate::real::inverse_root_with;
+use crate::real::Real;
 use crate::state::Particles;
 
 struct WorkTask<'a, K, const D: usize> {
@@ -95,8 +95,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
             pairs.fill::<W, D>(near, self.cell, self.position, &mut walk, &mut companion);
             for k in 0..whole::<f64>(pairs.count) {
                 let r2 = pairs.r2[k];
-                let inverse =
-                    inverse_root_with::<W::Arithmetic>(if r2 > 1e-30 { r2 } else { 1e-30 });
+                let inverse = r2.at_least(f64::TINY).inverse_root::<W::Arithmetic>();
                 let mut along = 0.0;
                 for a in 0..D {
                     along += pairs.r[a][k] * u[a][k];

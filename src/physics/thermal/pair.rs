@@ -1,7 +1,7 @@
 //! One pair: the decay of its relative velocity and of the difference of its energies.
 
 use super::{Exchanges, ThermalExchange};
-use crate::real::{Arithmetic, Plain, expm1_negative, expm1_negative_with};
+use crate::real::{Arithmetic, Plain, Real, expm1_negative};
 
 /// Two particles as their exchange sees them: energies k T with one heat capacity k for both.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -250,8 +250,8 @@ impl ThermalExchange {
     #[inline(always)]
     fn relaxed<A: Arithmetic>(&self, weight: f64) -> FrictionDecay {
         FrictionDecay {
-            across: expm1_negative_with::<A>(self.rate_across * weight),
-            along: expm1_negative_with::<A>(self.rate_along * weight),
+            across: (self.rate_across * weight).expm1_negative::<A>(),
+            along: (self.rate_along * weight).expm1_negative::<A>(),
         }
     }
 
@@ -279,7 +279,7 @@ impl ThermalExchange {
     /// energies are known: exp(-th) - 1.
     #[inline(always)]
     pub fn heat_early<A: Arithmetic>(&self, g_over_capacity: f64) -> f64 {
-        expm1_negative_with::<A>(self.heat * g_over_capacity)
+        (self.heat * g_over_capacity).expm1_negative::<A>()
     }
 
     /// The decay for a weight that has become `g` since: `early` is that of `heat_early`.
@@ -315,11 +315,11 @@ impl ThermalExchange {
 
     #[inline(always)]
     fn heat_of<A: Arithmetic>(&self, th: f64, inverse_capacity: f64, noise: bool) -> HeatDecay {
-        let heat = expm1_negative_with::<A>(th);
+        let heat = th.expm1_negative::<A>();
         let (mut spread, mut loss) = (0.0, 0.0);
         if noise {
             let kept = 1.0 + heat;
-            loss = kept * kept * expm1_negative_with::<A>(th * inverse_capacity);
+            loss = kept * kept * (th * inverse_capacity).expm1_negative::<A>();
             spread = -(heat * (2.0 + heat) + loss);
         }
         HeatDecay { heat, spread, loss }

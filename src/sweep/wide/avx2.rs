@@ -79,11 +79,15 @@ unsafe fn transpose(rows: [__m256d; 4]) -> [__m256d; 4] {
 impl Vector for Avx2 {
     type Number = f64;
     const LANES: usize = 8;
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        let half = unsafe { _mm256_set1_pd(x) };
-        Self(half, half)
-    }
+    lane_by_lane!(
+        _mm256_set1_pd,
+        _mm256_add_pd,
+        _mm256_sub_pd,
+        _mm256_mul_pd,
+        _mm256_fnmadd_pd,
+        _mm256_fmadd_pd,
+        [0, 1]
+    );
     #[inline(always)]
     unsafe fn load(from: *const f64) -> Self {
         unsafe { Self(_mm256_loadu_pd(from), _mm256_loadu_pd(from.add(4))) }
@@ -93,51 +97,6 @@ impl Vector for Avx2 {
         unsafe {
             _mm256_storeu_pd(to, self.0);
             _mm256_storeu_pd(to.add(4), self.1);
-        }
-    }
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_add_pd(self.0, other.0),
-                _mm256_add_pd(self.1, other.1),
-            )
-        }
-    }
-    #[inline(always)]
-    fn minus(self, other: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_sub_pd(self.0, other.0),
-                _mm256_sub_pd(self.1, other.1),
-            )
-        }
-    }
-    #[inline(always)]
-    fn times(self, other: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_mul_pd(self.0, other.0),
-                _mm256_mul_pd(self.1, other.1),
-            )
-        }
-    }
-    #[inline(always)]
-    fn less_product(self, a: Self, b: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_fnmadd_pd(a.0, b.0, self.0),
-                _mm256_fnmadd_pd(a.1, b.1, self.1),
-            )
-        }
-    }
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_fmadd_pd(a.0, b.0, self.0),
-                _mm256_fmadd_pd(a.1, b.1, self.1),
-            )
         }
     }
     #[inline(always)]
@@ -263,11 +222,15 @@ unsafe fn in_front(numbers: __m256, keep: u32) -> __m256 {
 impl Vector for Single {
     type Number = f32;
     const LANES: usize = 16;
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        let half = unsafe { _mm256_set1_ps(x) };
-        Self(half, half)
-    }
+    lane_by_lane!(
+        _mm256_set1_ps,
+        _mm256_add_ps,
+        _mm256_sub_ps,
+        _mm256_mul_ps,
+        _mm256_fnmadd_ps,
+        _mm256_fmadd_ps,
+        [0, 1]
+    );
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
         unsafe { Self(_mm256_loadu_ps(from), _mm256_loadu_ps(from.add(8))) }
@@ -277,51 +240,6 @@ impl Vector for Single {
         unsafe {
             _mm256_storeu_ps(to, self.0);
             _mm256_storeu_ps(to.add(8), self.1);
-        }
-    }
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_add_ps(self.0, other.0),
-                _mm256_add_ps(self.1, other.1),
-            )
-        }
-    }
-    #[inline(always)]
-    fn minus(self, other: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_sub_ps(self.0, other.0),
-                _mm256_sub_ps(self.1, other.1),
-            )
-        }
-    }
-    #[inline(always)]
-    fn times(self, other: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_mul_ps(self.0, other.0),
-                _mm256_mul_ps(self.1, other.1),
-            )
-        }
-    }
-    #[inline(always)]
-    fn less_product(self, a: Self, b: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_fnmadd_ps(a.0, b.0, self.0),
-                _mm256_fnmadd_ps(a.1, b.1, self.1),
-            )
-        }
-    }
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        unsafe {
-            Self(
-                _mm256_fmadd_ps(a.0, b.0, self.0),
-                _mm256_fmadd_ps(a.1, b.1, self.1),
-            )
         }
     }
     #[inline(always)]

@@ -20,10 +20,15 @@ pub struct Single(__m512);
 impl Vector for Avx512 {
     type Number = f64;
     const LANES: usize = 8;
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        unsafe { Self(_mm512_set1_pd(x)) }
-    }
+    lane_by_lane!(
+        _mm512_set1_pd,
+        _mm512_add_pd,
+        _mm512_sub_pd,
+        _mm512_mul_pd,
+        _mm512_fnmadd_pd,
+        _mm512_fmadd_pd,
+        [0]
+    );
     #[inline(always)]
     unsafe fn load(from: *const f64) -> Self {
         unsafe { Self(_mm512_loadu_pd(from)) }
@@ -31,26 +36,6 @@ impl Vector for Avx512 {
     #[inline(always)]
     unsafe fn store(self, to: *mut f64) {
         unsafe { _mm512_storeu_pd(to, self.0) }
-    }
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        unsafe { Self(_mm512_add_pd(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn minus(self, other: Self) -> Self {
-        unsafe { Self(_mm512_sub_pd(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn times(self, other: Self) -> Self {
-        unsafe { Self(_mm512_mul_pd(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn less_product(self, a: Self, b: Self) -> Self {
-        unsafe { Self(_mm512_fnmadd_pd(a.0, b.0, self.0)) }
-    }
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        unsafe { Self(_mm512_fmadd_pd(a.0, b.0, self.0)) }
     }
     #[inline(always)]
     fn below(self, other: Self) -> u32 {
@@ -191,10 +176,15 @@ unsafe fn transposed(rows: [__m512; 4]) -> [__m512; 4] {
 impl Vector for Single {
     type Number = f32;
     const LANES: usize = 16;
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        unsafe { Self(_mm512_set1_ps(x)) }
-    }
+    lane_by_lane!(
+        _mm512_set1_ps,
+        _mm512_add_ps,
+        _mm512_sub_ps,
+        _mm512_mul_ps,
+        _mm512_fnmadd_ps,
+        _mm512_fmadd_ps,
+        [0]
+    );
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
         unsafe { Self(_mm512_loadu_ps(from)) }
@@ -202,26 +192,6 @@ impl Vector for Single {
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
         unsafe { _mm512_storeu_ps(to, self.0) }
-    }
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        unsafe { Self(_mm512_add_ps(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn minus(self, other: Self) -> Self {
-        unsafe { Self(_mm512_sub_ps(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn times(self, other: Self) -> Self {
-        unsafe { Self(_mm512_mul_ps(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn less_product(self, a: Self, b: Self) -> Self {
-        unsafe { Self(_mm512_fnmadd_ps(a.0, b.0, self.0)) }
-    }
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        unsafe { Self(_mm512_fmadd_ps(a.0, b.0, self.0)) }
     }
     #[inline(always)]
     fn below(self, other: Self) -> u32 {

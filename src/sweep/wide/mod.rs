@@ -7,6 +7,35 @@
 //! lanes of pairs: [`Vector`] names these few, eight lanes at a time in double and sixteen in single
 //! precision.
 
+/// The operations lane by lane, by the intrinsics of a register; of all the fields of a type.
+#[cfg(target_arch = "x86_64")]
+macro_rules! lane_by_lane {
+    ($set:ident, $add:ident, $sub:ident, $mul:ident, $less:ident, $more:ident, [$($field:tt),+]) => {
+        #[inline(always)]
+        fn splat(x: Self::Number) -> Self {
+            let all = unsafe { $set(x) };
+            Self($({ let _ = $field; all }),+)
+        }
+        lane_by_lane!(@two plus $add [$($field),+]);
+        lane_by_lane!(@two minus $sub [$($field),+]);
+        lane_by_lane!(@two times $mul [$($field),+]);
+        lane_by_lane!(@three less_product $less [$($field),+]);
+        lane_by_lane!(@three plus_product $more [$($field),+]);
+    };
+    (@two $name:ident $intrinsic:ident [$($field:tt),+]) => {
+        #[inline(always)]
+        fn $name(self, other: Self) -> Self {
+            unsafe { Self($($intrinsic(self.$field, other.$field)),+) }
+        }
+    };
+    (@three $name:ident $intrinsic:ident [$($field:tt),+]) => {
+        #[inline(always)]
+        fn $name(self, a: Self, b: Self) -> Self {
+            unsafe { Self($($intrinsic(a.$field, b.$field, self.$field)),+) }
+        }
+    };
+}
+
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
