@@ -103,7 +103,7 @@ def steps(studies: Sequence[bench.Speed]) -> list[str]:
         for row in lucy.rows
         if row.particles == lucy.rows[-1].particles
     ]
-    best = dict.fromkeys(study.best().removesuffix("; what steps reach of it") for study in studies)
+    best = dict.fromkeys(study.best() for study in studies)
     shares = [row for study in studies for row in study.shares()]
     sizes = f"{lucy.rows[0].particles:,} to {lucy.rows[-1].particles:,} particles"
     note = (

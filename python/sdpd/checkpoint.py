@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from sdpd import initial, integrators, running, timestep, validation, wall_motion
 from sdpd.adaptive import AdaptiveStep
-from sdpd.errors import CheckpointError, SdpdWarning
+from sdpd.errors import CheckpointError, SdpdWarning, silenced
 from sdpd.scene import Scene
 
 if TYPE_CHECKING:
@@ -288,8 +288,7 @@ class _Content:
         self.reader = reader
         self.header, self.arrays = reader.read()
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", SdpdWarning)  # was given when the scene was made
+            with silenced():  # was given when the scene was made
                 self.scene = Scene.from_toml(self.header["scene"])
             choice = dict(self.header["integrator"])
             self.integrator = integrators.INTEGRATORS[choice.pop("name")](**choice)
@@ -455,8 +454,7 @@ def load(path: str | os.PathLike[str], *, threads: int | None = None) -> Simulat
     count = running.choose_threads(threads, content.scene.n_particles)
     points = content.positions()
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SdpdWarning)  # was given when the scene was made
+        with silenced():  # was given when the scene was made
             scene = content.scene
             settings = {**content.settings, **scene.field_arguments(), **scene.model_arguments()}
         sim = simulation._restored(

@@ -8,14 +8,13 @@ wave on a lattice of the scene's kernel, support and step decays without noise w
 from __future__ import annotations
 
 import math
-import warnings
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sdpd import discretization, kernels, validation
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 
 if TYPE_CHECKING:
     from sdpd.scene import Scene
@@ -169,8 +168,7 @@ def friction_scale(scene: Scene, dt: float, *, sweeps: int = 1) -> float:
     ValueError
         If more than twice the friction would be needed; names the step that can be mended.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
+    with silenced():
 
         def excess(scale: float) -> float:
             return delivered_viscosity(scene, dt, scale=scale, sweeps=sweeps) - 1.0

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 __all__ = [
     "CheckpointError",
     "PairingWarning",
@@ -10,6 +14,7 @@ __all__ = [
     "SdpdWarning",
     "SimulationError",
     "TimeStepWarning",
+    "silenced",
 ]
 
 
@@ -61,3 +66,11 @@ class ResolutionWarning(SdpdWarning):
 
 class TimeStepWarning(SdpdWarning):
     """A time step above one of its bounds; names the bound and its value."""
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """Without the warnings of this package: where they were given before, or do not matter."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SdpdWarning)
+        yield

@@ -30,7 +30,7 @@ def wanted(progress: bool | None) -> bool:
 
 
 def bar(*, total: int, progress: bool | None, **options: Any) -> Any:
-    """A tqdm bar of the kind that fits where we run."""
+    """A tqdm bar of the kind that fits where we run; it stays away where nobody wants it."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # tqdm's advice to install notebook widgets
         if _in_notebook():
@@ -38,7 +38,8 @@ def bar(*, total: int, progress: bool | None, **options: Any) -> Any:
         else:
             from tqdm import tqdm
     delay = DELAY if progress is None else 0.0
-    return tqdm(total=total, delay=delay, dynamic_ncols=True, **options)
+    absent = not wanted(progress)
+    return tqdm(total=total, delay=delay, dynamic_ncols=True, disable=absent, **options)
 
 
 class RunProgress:

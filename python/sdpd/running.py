@@ -20,11 +20,8 @@ from sdpd import validation
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from sdpd.simulation import Simulation
-
 __all__ = [
     "Interruptions",
-    "March",
     "Plan",
     "choose_threads",
     "chunk_steps",
@@ -59,38 +56,6 @@ class Plan:
     steps: int
     dt: float
     time: float | None = None
-
-
-class March:
-    """The next steps of a run and their dt, until the planned ones or the planned time are over."""
-
-    def __init__(self, plan: Plan, sim: Simulation) -> None:
-        self.sim, self.plan, self.left = sim, plan, plan.steps
-        self.end = math.inf if plan.time is None else sim.time + plan.time
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the run is complete."""
-        if self.plan.time is None:
-            return self.left <= 0
-        return self.end - self.sim.time <= ROUNDING * max(self.plan.time, abs(self.end))
-
-    def next(self, most: int) -> tuple[int, float]:
-        """Number of steps, `most` at most, and their dt."""
-        sim = self.sim
-        if sim.adaptive is None:
-            number = min(self.left, most)
-            self.left -= number
-            return number, self.plan.dt
-        sim._choose_dt()
-        number = min(most, steps_to_next(sim.step, sim.adaptive.every))
-        if self.plan.time is None:
-            number = min(self.left, number)
-            self.left -= number
-            return number, sim.dt
-        remaining = self.end - sim.time
-        needed = max(1, math.ceil(remaining / sim.dt * (1.0 - ROUNDING)))
-        return (number, sim.dt) if needed > number else (needed, remaining / needed)
 
 
 def plan_steps(steps: Any, time: Any, dt: float, *, adaptive: bool = False) -> Plan:

@@ -17,16 +17,15 @@ from sdpd import (
     initial,
     integrators,
     running,
+    stepping,
     timestep,
     validation,
     wall_motion,
 )
 from sdpd.adaptive import AdaptiveStep
-from sdpd.cost import pairs_per_second
 from sdpd.errors import SimulationError, TimeStepWarning
 from sdpd.observers import LoopObserver, Observer, check_observers
 from sdpd.particles import Particles
-from sdpd.progress import RunProgress
 from sdpd.scene import Scene
 from sdpd.time_profile import TimeProfile
 from sdpd.timestep import TimeStepBound
@@ -460,119 +459,11 @@ class Simulation(Particles):
             observer.check(self, observer.every or every, plan.dt)
         self._runner = threading.get_ident()
         try:
-            self._run(plan, every, callback, observers, progress)
+            stepping.march(self, plan, every, callback, observers, progress)
         except SimulationError as error:
             raise failure.rescue(self, error, on_error) from None
         finally:
             self._runner = None
-
-    def _run(
-        self,
-        plan: running.Plan,
-        every: int,
-        callback: Callable[[Simulation], object] | None,
-        observers: list[Observer],
-        progress: bool | None,
-    ) -> None:
-        """Alternate between the core and whoever is due."""
-        self.refresh()  # derived arrays must fit the positions if the first call fails
-        self._attach(observers, every, plan.dt)
-        python = [(o, o.every or every) for o in observers if not isinstance(o, LoopObserver)]
-        turns = [turn for _, turn in python] + ([every] if callback is not None else [])
-        pairs = self.n_particles * self._scene.pairs_per_particle
-        chunk = running.chunk_steps(pairs, pairs_per_second(self._scene, self._integrator))
-        hidden = 0  # steps that the arrays do not show yet
-        begun: list[Observer] = []
-        march = running.March(plan, self)
-        with (
-            running.Interruptions() as interruptions,
-            RunProgress(plan.steps, self.n_particles, progress) as bar,
-        ):
-            try:
-                for observer, turn in python:
-                    begun.append(observer)
-                    observer.begin(self, turn)
-                while not march.is_over:
-                    due = [running.steps_to_next(self.step, turn) for turn in turns]
-                    number, dt = march.next(min([chunk, *due]))
-                    hidden += number
-                    seen = self._adaptive is not None or number in due or march.is_over
-                    seen = seen or hidden >= running.STEPS_BETWEEN_VIEWS
-                    self._advance(number, dt, first=hidden == number, show=seen)
-                    hidden = 0 if seen else hidden
-                    bar.update(number, self.time)
-                    for observer, turn in python:
-                        if self.step % turn == 0:
-                            observer.sample(self)
-                            if observer.may_write:
-                                self.refresh()  # for whoever looks next
-                    if callback is not None and self.step % every == 0:
-                        interruptions.check()
-                        with interruptions.allowed():
-                            callback(self)
-                        self.refresh()
-                    interruptions.check()
-            finally:
-                try:
-                    self._core.show()
-                finally:
-                    for observer in begun:
-                        observer.end(self)
-
-    def _advance(self, steps: int, dt: float, *, first: bool, show: bool) -> None:
-        """Some steps; `first` after the arrays were shown, to which a failure returns."""
-        if first:
-            for observer, _, _ in self._attached:
-                observer.mark()
-        if self._integrator.compensate and dt != self._compensated:
-            self._compensate(dt)
-        try:
-            self._core.run(steps, dt, show)
-        except SimulationError as error:
-            self._detach(rewind=True)
-            raise failure.describe(self, error, dt) from None
-
-    def _compensate(self, dt: float) -> None:
-        """Give the core the friction that delivers the viscosity at this step."""
-        scene, sweeps = self._scene, self._integrator.sweeps
-        if scene.active_effects.dissipation:
-            scale = compensation.friction_scale(scene, dt, sweeps=sweeps)
-            self._core.set_friction(scale * scene.friction_across, scale * scene.friction_along)
-        self._compensated = dt
-
-    def _choose_dt(self) -> None:
-        """A new time step, if it is adaptive and a choice is due; for `running.March`."""
-        chosen = self._adaptive
-        if chosen is None or self.step % chosen.every:
-            return
-        try:
-            self._dt = chosen.choose(self)
-        except ArithmeticError as error:
-            self._detach(rewind=True)
-            failed = SimulationError(str(error))
-            fastest = int(np.argmax(np.einsum("ij,ij->i", self.velocities, self.velocities)))
-            failed.step, failed.particle = self.step, int(self.ids[fastest])
-            raise failure.describe(self, failed, self._dt) from None
-
-    def _attach(self, observers: list[Observer], every: int, dt: float) -> None:
-        """Attach the observers of the loop, or leave them if they are the same."""
-        wanted = [(o, o.every or every, dt) for o in observers if isinstance(o, LoopObserver)]
-        if wanted != self._attached:
-            self._detach()
-            for observer, turn, step in wanted:
-                observer.attach(self, turn, step)
-                self._attached.append((observer, turn, step))
-        for each in observers:
-            each.adopt(self)
-
-    def _detach(self, *, rewind: bool = False) -> None:
-        for observer, _, _ in self._attached:
-            if rewind:
-                observer.rewind(self.step)
-            else:
-                observer.detach()
-        self._attached = []
-        self._core.detach_all()
 
     def _refuse_restore(self) -> None:
         if self._runner is not None:
@@ -592,7 +483,7 @@ class Simulation(Particles):
         if given != [wall_motion.motion(wall) for wall in self._walls]:
             self._move_walls(walls)
             self._core.set_state(state)  # their motion has renewed the forces
-        self._detach()
+        stepping.detach(self)
         self._dt, self._adaptive = dt, adaptive
 
     # --- saving ------------------------------------------------------------------------------

@@ -131,7 +131,7 @@ def test_errors_with_noise_are_bias_and_sampling_apart():
     # runs that happen to differ more count with what they show: some per cent on the safe side
     assert stderr < 0.01 * true
     assert 0.0 <= np.mean(errors) / true - 1.0 < 0.15
-    assert np.mean(told) == pytest.approx(np.std(errors), rel=0.4)
+    assert 1.0 <= np.mean(told) / np.std(errors) < 1.4  # on the safe side, too
 
 
 def test_error_of_the_reference_counts():
@@ -392,7 +392,7 @@ def test_command_runs_a_study(tmp_path, capsys):
 def test_problems_need_not_be_loaded_for_the_command_line():
     import subprocess
 
-    code = "import sys, sdpd.accuracy.command; print('sdpd.accuracy.problems' in sys.modules)"
+    code = "import sys, sdpd.commands.accuracy; print('sdpd.accuracy.problems' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
     assert "study" in dir(sdpd.accuracy)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -24,7 +23,7 @@ from sdpd.accuracy.expectation import (
 from sdpd.accuracy.orders import Orders, Point
 from sdpd.accuracy.speed import Speed, kind_of_step, speed_of
 from sdpd.box import AXES
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.initial import LatticeStart
 from sdpd.integrators import Integrator, VelocityVerlet, of_scene
 from sdpd.resolution import Resolution
@@ -346,8 +345,7 @@ def _at(scene: Scene, spacing: float, kernel: str, support: float, calibrate: bo
         resolution = Resolution(particles=counts, **kind)
     else:
         resolution = Resolution(spacing=spacing, **kind)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
+    with silenced():
         try:
             made = scene.replace(
                 resolution=resolution, calibrate=calibrate, effects=scene.settled_effects

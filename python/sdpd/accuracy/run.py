@@ -14,7 +14,7 @@ from sdpd.accuracy.results import Study
 from sdpd.accuracy.row import Row, run_setting
 from sdpd.accuracy.settings import Settings, grid
 from sdpd.analysis import Estimate
-from sdpd.progress import bar, wanted
+from sdpd.progress import bar
 
 __all__ = ["study"]
 
@@ -82,9 +82,7 @@ def study(
     number = validation.integer("repeats", repeats, minimum=1)
     runner = _Runner(chosen, keys, number, folder)
     rows = []
-    with bar(
-        total=len(points), progress=progress, unit="setting", disable=not wanted(progress)
-    ) as shown:
+    with bar(total=len(points), progress=progress, unit="setting") as shown:
         for point in points:
             rows.append(runner.row(point))
             shown.update(1)

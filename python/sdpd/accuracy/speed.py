@@ -6,7 +6,6 @@ import json
 import os
 import sys
 import time
-import warnings
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 from sdpd import cost, validation
 from sdpd.bench.machine import Machine
 from sdpd.box import AXES, Box
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.initial import LatticeStart, RandomStart
 from sdpd.integrators import Integrator, of_scene
 from sdpd.resolution import Resolution
@@ -185,8 +184,7 @@ def _patch(scene: Scene, edge: int, support: float, *, walls: bool) -> Scene:
     dimension, spacing = scene.dimension, scene.spacing
     box = Box((edge * spacing,) * dimension, periodic=AXES[: dimension - walls])
     around = slab(box, AXES[dimension - 1]) if walls else ()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
+    with silenced():
         return scene.replace(
             box=box,
             walls=around,
@@ -208,8 +206,7 @@ def _curved(scene: Scene) -> Scene | None:
     support = scene.resolution.support
     for number in _CURVED:
         spacing = (scene.fluid_volume / number) ** (1.0 / scene.dimension)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SdpdWarning)
+        with silenced():
             try:
                 return scene.replace(
                     resolution=Resolution(
@@ -238,8 +235,7 @@ class _Box:
     def __init__(self, scene: Scene, integrator: Integrator, builds: float | None = 0.0) -> None:
         from sdpd.simulation import Simulation
 
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SdpdWarning)
+        with silenced():
             self._sim = Simulation(scene, integrator=integrator, threads=1)
         speed = scene.flow_speed or 0.0
         if builds is not None:

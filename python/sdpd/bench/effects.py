@@ -19,7 +19,7 @@ from sdpd.bench.turns import Runs, Spread, take_turns
 from sdpd.box import Box
 from sdpd.effects import Effects, UniformForce
 from sdpd.integrators import Integrator, PairSplitting, VelocityVerlet
-from sdpd.progress import bar, wanted
+from sdpd.progress import bar
 from sdpd.scene import Scene
 from sdpd.units import table
 from sdpd.walls import slab
@@ -227,7 +227,7 @@ def run_effects(
     effects, absent = bench.effects(), bench.absent()
     total = len(effects) + len(absent)
     found = []
-    with bar(total=total, progress=progress, unit="effect", disable=not wanted(progress)) as shown:
+    with bar(total=total, progress=progress, unit="effect") as shown:
         for each in (*effects, *absent):
             found.append(bench.compare(each))
             shown.update()

@@ -6,7 +6,6 @@ Spacing 1 um/15, Tait with c = 1.2 m/s (m c^2/k_B T = 103), isothermal unless as
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from sdpd import equations_of_state as eos
 from sdpd import fluids, initial, validation
 from sdpd.box import Box
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.fluids import Fluid
 from sdpd.initial import RandomStart
 from sdpd.integrators import Integrator
@@ -115,8 +114,7 @@ def water(
         "sound_speed": SOUND_SPEED,
         **changes,
     }
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)  # what is timed need not be the best scene
+    with silenced():  # what is timed need not be the best scene
         return Scene(**arguments)
 
 
@@ -131,8 +129,7 @@ def simulation(scene: Scene, **options: Any) -> Simulation:
     """
     from sdpd.simulation import Simulation
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
+    with silenced():
         return Simulation(scene, **{"seed": 2, **options})
 
 

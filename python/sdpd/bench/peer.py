@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -24,9 +23,9 @@ from sdpd.bench.machine import Machine, pinned
 from sdpd.bench.peer_results import BIAS, TIME_STEP, Contest, Journey, Peer, Temperature
 from sdpd.bench.turns import Lists, Runs, Spread, take_turns
 from sdpd.effects import Effects
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.integrators import PairSplitting, VelocityVerlet
-from sdpd.progress import bar, wanted
+from sdpd.progress import bar
 from sdpd.scene import Scene
 
 if TYPE_CHECKING:
@@ -162,11 +161,10 @@ def run_peer(
     journeys: list[Journey] = []
     total = len(ratios) * (len(chosen) + 1)
     with (
-        bar(total=total, progress=progress, unit="case", disable=not wanted(progress)) as shown,
+        bar(total=total, progress=progress, unit="case") as shown,
         pinned() as core,
-        warnings.catch_warnings(),
+        silenced(),
     ):
-        warnings.simplefilter("ignore", SdpdWarning)
         for support in ratios:
             bench = _Bench(lammps, support, turns, short)
             for edge in chosen:

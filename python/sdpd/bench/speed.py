@@ -18,7 +18,7 @@ from sdpd.bench.study import Study
 from sdpd.bench.turns import Lists, Runs, Spread, take_turns
 from sdpd.effects import Effects
 from sdpd.integrators import PairSplitting, VelocityVerlet
-from sdpd.progress import bar, wanted
+from sdpd.progress import bar
 from sdpd.units import table
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ class Speed(Study):
             "parts of a Verlet step by differences; ns of a particle",
             table(parts, ["N", "h/dx", "part", "ns", "ns/pair"]),
         ]
-        blocks += [self.best(), table(self.shares(), SHARES)]
+        blocks += [f"{self.best()}; what steps reach of it", table(self.shares(), SHARES)]
         if len({row.particles for row in self.rows}) > 1:
             flat = [
                 [step, kernel, f"{support:g}", f"{ratio:.2f}"]
@@ -170,7 +170,7 @@ class Speed(Study):
         if self.threads > 1:
             gain = self.peak.flops / self.one_thread.flops
             found.append(f"{self.peak}: {gain:.2f} times the operations of one")
-        return "; ".join(found) + "; what steps reach of it"
+        return "; ".join(found)
 
     def shares(self) -> list[list[str]]:
         """Operations and bytes a second of each row, beside the machine's best; see `SHARES`."""
@@ -249,11 +249,12 @@ def run_speed(
     rows: list[Row] = []
     parts: list[Part] = []
     total = len(groups) * len(chosen) * len(STEPS) * turns
-    with bar(total=total, progress=progress, unit="turn", disable=not wanted(progress)) as shown:
+    with bar(total=total, progress=progress, unit="turn") as shown:
         for kernel, support in groups:
             rows += _measure(chosen, support, kernel, number, turns, seconds, shown.update)
         for support in ratios:
             parts += measure_parts(chosen[0], support, threads=number, rounds=turns, turn=seconds)
+    one_thread = Peak.measure()
     return Speed(
         machine=Machine.here(),
         threads=number,
@@ -261,8 +262,8 @@ def run_speed(
         seconds=perf_counter() - begun,
         rows=tuple(rows),
         parts=tuple(parts),
-        peak=Peak.measure(number),
-        one_thread=Peak.measure(1),
+        peak=one_thread if number == 1 else Peak.measure(number),
+        one_thread=one_thread,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -12,14 +11,14 @@ from numpy.typing import NDArray
 
 from sdpd import running, timestep, validation
 from sdpd.bench.effects import Difference
+from sdpd.bench.fluid import simulation
 from sdpd.bench.turns import Runs, take_turns
 from sdpd.effects_study.observables import BLOCKS, OF_ENERGY, Sampling, blocks_of, unit_of
 from sdpd.effects_study.results import Change, Comparison, Study, estimate
 from sdpd.effects_study.variants import EFFECTS, Variant, variants
-from sdpd.errors import SdpdWarning
 from sdpd.initial import RandomStart
 from sdpd.integrators import of_scene
-from sdpd.progress import bar, wanted
+from sdpd.progress import bar
 from sdpd.scene import Scene
 
 if TYPE_CHECKING:
@@ -114,9 +113,7 @@ def compare_effects(
     )
     reasons = {each.effect: each.reason for each in scene.regime().decisions}
     found = []
-    with bar(
-        total=len(pairs), progress=progress, unit="effect", disable=not wanted(progress)
-    ) as shown:
+    with bar(total=len(pairs), progress=progress, unit="effect") as shown:
         for each in pairs:
             found.append(bench.compare(each, reasons.get(each.effect, "")))
             shown.update()
@@ -191,21 +188,13 @@ class _Bench:
         own = scene is self._scene
         if own and key in self._known:
             return self._known[key]
-        from sdpd.simulation import Simulation
-
         random = scene.active_effects.fluctuations or scene.starts_thermal
         random = random or isinstance(scene.start, RandomStart)
         sampling, tables = Sampling.of(steps), []
         for seed in range(1, self._seeds + 1 if random else 2):
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", SdpdWarning)
-                sim = Simulation(
-                    scene,
-                    integrator=pair.integrator,
-                    dt=dt,
-                    seed=seed,
-                    threads=self._threads,
-                )
+            sim = simulation(
+                scene, integrator=pair.integrator, dt=dt, seed=seed, threads=self._threads
+            )
             tables.append(blocks_of(sim, sampling, noisy=noisy))
         found = {name: np.array([table[name] for table in tables]) for name in tables[0]}
         if own:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
 from sdpd import validation
 from sdpd.effects import Effects
 from sdpd.equations_of_state import IdealGas
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.integrators import Integrator, PairSplitting, of_scene
 from sdpd.scene import Scene
 
@@ -79,8 +78,7 @@ def variants(scene: Scene, effects: tuple[str, ...]) -> tuple[list[Variant], dic
     """
     found, left_out = [], {}
     fixed = scene.active_effects.settings()
-    with warnings.catch_warnings():  # the scene itself has warned
-        warnings.simplefilter("ignore", SdpdWarning)
+    with silenced():  # the scene itself has warned
         for name in effects:
             validation.choice("effects", name, EFFECTS)
             own = bool(getattr(scene.active_effects, name))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 
 from sdpd import fluids
 from sdpd.box import Box
 from sdpd.effects import Effects
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.initial import LatticeStart, Start
 from sdpd.resolution import Resolution
 from sdpd.scene import Scene
@@ -142,8 +141,7 @@ def scene_of(
         conductivity_exponent=0.7,
         heat_capacity=heat_capacity * gas.boltzmann_constant / gas.molecular_mass,
     )
-    with warnings.catch_warnings():  # the table has the support that it has
-        warnings.simplefilter("ignore", SdpdWarning)
+    with silenced():  # the table has the support that it has
         return Scene(
             fluid=fluid,
             box=Box((side * case.spacing,) * 3),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sdpd import timestep
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.nitrogen import rows
 from sdpd.nitrogen.cases import FROZEN, Case
 from sdpd.nitrogen.rows import LARGEST_ERROR, QUICK_ERROR, Row
@@ -170,8 +169,7 @@ def measure(
     """Run a case: equilibrate, sample, then small steps; `tell` hears of the steps done."""
     from sdpd.simulation import Simulation
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SdpdWarning)
+    with silenced():
         sim = Simulation(scene, seed=seed, threads=threads)
     number, k = scene.n_particles, scene.heat_capacity_number
     sim.run(steps=plan.equilibration, progress=False)

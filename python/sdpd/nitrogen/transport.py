@@ -9,7 +9,6 @@ shear waves of the run are set beside shear waves that are put into another one.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -24,7 +23,7 @@ from sdpd.conductivity.study import CONDUCTION_ACCURACY
 from sdpd.diffusion.collective import collective_theory
 from sdpd.diffusion.measure import SLOPE_LAGS, normalized_vacf
 from sdpd.effects import Effects
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.nitrogen.cases import FROZEN
 from sdpd.nitrogen.waves import Response, Waves
 from sdpd.scene import Scene
@@ -212,8 +211,7 @@ class Recorder:
     def slopes(self, sim: Simulation, stretches: int, steps: int) -> tuple[Estimate, Estimate]:
         """Short-time self-diffusion and its exact value; takes small steps, so it comes last."""
         tau = self._scene.friction_time
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SdpdWarning)
+        with silenced():
             sim.dt = min(SLOPE_STEP * tau, self._dt)
         rates, blocks = [], []
         for _ in range(stretches):

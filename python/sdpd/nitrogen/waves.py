@@ -12,7 +12,6 @@ the answer without most of the noise. In fluids of strong friction they stay tog
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 from sdpd.analysis import CurrentCorrelations, Estimate, allowed_wave_vectors, jackknife
 from sdpd.analysis.fourier import shells
 from sdpd.effects import Effects
-from sdpd.errors import SdpdWarning
+from sdpd.errors import silenced
 from sdpd.scene import Scene
 from sdpd.viscosity.predictions import friction_theory
 from sdpd.viscosity.transverse import decay_rate
@@ -172,8 +171,7 @@ class Waves:
         """
         from sdpd.simulation import Simulation
 
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SdpdWarning)
+        with silenced():
             pair = [Simulation(self._scene, dt=self._dt, seed=seed, threads=threads) for _ in "+-"]
         for sim in pair:  # both: noise goes with the number of the step
             sim.run(steps=equilibration, progress=False)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdpd.accuracy.problem import Problem
-from sdpd.accuracy.problems.equilibrium import TAKES, box, mean, settle
+from sdpd.accuracy.problems.equilibrium import TAKES, box, sampled
 from sdpd.accuracy.settings import Settings
 from sdpd.analysis import Estimate
 from sdpd.scene import Scene
@@ -28,16 +28,7 @@ def scene(settings: Settings) -> Scene:
 
 def measure(sim: Simulation, settings: Settings) -> Estimate:
     """Its mean."""
-    tau = settle(sim)
-    every = max(1, round(tau / sim.dt))
-    found: list[float] = []
-    sim.run(
-        time=settings.length * TIME * tau,
-        every=every,
-        callback=lambda s: found.append(float(np.var(s.number_densities))),
-        progress=False,
-    )
-    return mean(found)
+    return sampled(sim, settings.length * TIME, lambda now: float(np.var(now.number_densities)))
 
 
 DENSITY_VARIANCE = Problem(

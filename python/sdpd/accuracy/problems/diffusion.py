@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sdpd.accuracy.problem import Problem
-from sdpd.accuracy.problems.equilibrium import TAKES, box, mean, settle
+from sdpd.accuracy.problems.equilibrium import TAKES, box, sampled
 from sdpd.accuracy.settings import Settings
 from sdpd.analysis import Estimate
 
@@ -17,16 +17,8 @@ TIME = 100.0  # friction times
 
 def measure(sim: Simulation, settings: Settings) -> Estimate:
     """Mean of kT/(m rate) over the places that the particles visit."""
-    tau = settle(sim)
-    found: list[float] = []
     unit = sim.scene.thermal_energy / sim.scene.particle_mass
-    sim.run(
-        time=settings.length * TIME * tau,
-        every=max(1, round(tau / sim.dt)),
-        callback=lambda s: found.append(unit / s.friction_rate()),
-        progress=False,
-    )
-    return mean(found)
+    return sampled(sim, settings.length * TIME, lambda now: unit / now.friction_rate())
 
 
 DIFFUSION = Problem(

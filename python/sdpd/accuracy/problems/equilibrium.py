@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +21,7 @@ from sdpd.scene import Scene
 if TYPE_CHECKING:
     from sdpd.simulation import Simulation
 
-__all__ = ["TAKES", "box", "mean", "settle"]
+__all__ = ["TAKES", "box", "mean", "sampled", "settle"]
 
 TAKES = ("support", "kernel", "step", "integrator", "iterations", "noise", "precision", "length")
 VISCOSITY = 20.0
@@ -63,6 +63,19 @@ def settle(sim: Simulation) -> float:
     tau = sim.scene.friction_time
     sim.run(time=SETTLING * tau, progress=False)
     return tau
+
+
+def sampled(sim: Simulation, span: float, sample: Callable[[Simulation], float]) -> Estimate:
+    """Mean of what `sample` gives once a friction time, over so many of them."""
+    tau = settle(sim)
+    found: list[float] = []
+    sim.run(
+        time=span * tau,
+        every=max(1, round(tau / sim.dt)),
+        callback=lambda now: found.append(sample(now)),
+        progress=False,
+    )
+    return mean(found)
 
 
 def mean(series: Sequence[float] | NDArray[np.float64]) -> Estimate:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdpd.accuracy.problem import Problem
-from sdpd.accuracy.problems.equilibrium import box, mean, settle
+from sdpd.accuracy.problems.equilibrium import box, sampled
 from sdpd.accuracy.settings import Settings
 from sdpd.analysis import Estimate
 from sdpd.scene import Scene
@@ -27,17 +27,13 @@ def scene(settings: Settings) -> Scene:
 
 def measure(sim: Simulation, settings: Settings) -> Estimate:
     """Mean of Var T_i over the square of the temperature at the energy of the run."""
-    shell, found = _shell(sim.scene), []
-    tau = settle(sim)
+    shell = _shell(sim.scene)
 
-    def sample(now: Simulation) -> None:
+    def sample(now: Simulation) -> float:
         heat = shell.heat_capacity * float(np.sum(now.temperatures)) + now.kinetic_energy
-        found.append(float(np.mean((now.temperatures * shell.freedom / heat - 1.0) ** 2)))
+        return float(np.mean((now.temperatures * shell.freedom / heat - 1.0) ** 2))
 
-    every = max(1, round(tau / sim.dt))
-    time = settings.length * TIME * tau
-    sim.run(time=time, every=every, callback=sample, progress=False)
-    return mean(found)
+    return sampled(sim, settings.length * TIME, sample)
 
 
 def _shell(made: Scene) -> EnergyShell:

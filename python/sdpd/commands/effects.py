@@ -1,9 +1,11 @@
-"""The command ``sdpd effects``; beside its job, so that its options alone cost no import of it."""
+"""The command ``sdpd effects``."""
 
 from __future__ import annotations
 
 import argparse
 from typing import Any
+
+from sdpd.commands.shared import scene_of, show
 
 __all__ = ["add_to"]
 
@@ -32,11 +34,11 @@ def add_to(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from sdpd import cli, effects_study
+    from sdpd import effects_study
 
     given = {"seeds": options.seeds, "effects": options.effects}
     study = effects_study.compare_effects(
-        cli._scene(options.scene),
+        scene_of(options.scene),
         steps=options.steps,
         time=options.time,
         quick=options.quick,
@@ -44,4 +46,4 @@ def _run(options: argparse.Namespace) -> int:
         progress=False if options.no_progress else None,
         **{name: value for name, value in given.items() if value is not None},
     )
-    return cli._shown(effects_study, study, options.output)
+    return show(effects_study, study, options.output)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sdpd.accuracy.settings import NAMES
+from sdpd.commands.shared import OK, scene_of, show
 
 __all__ = ["add_to"]
 
@@ -68,13 +69,13 @@ def _add_accuracy(commands: Any) -> None:
 
 
 def _accuracy(options: argparse.Namespace) -> int:
-    from sdpd import accuracy, cli
+    from sdpd import accuracy
     from sdpd.units import table
 
     if options.problem is None:
         rows = [[p.name, p.title, ", ".join(p.takes)] for p in accuracy.PROBLEMS.values()]
         print(table(rows, ["problem", "", "settings it takes"]))
-        return 0
+        return OK
     axes = {name: getattr(options, name) for name in NAMES if getattr(options, name) is not None}
     study = accuracy.study(
         options.problem,
@@ -84,7 +85,7 @@ def _accuracy(options: argparse.Namespace) -> int:
         folder=options.store,
         progress=False if options.no_progress else None,
     )
-    return cli._shown(accuracy, study, options.output)
+    return show(accuracy, study, options.output)
 
 
 def _usual(name: str) -> dict[str, tuple[Any, ...]]:
@@ -120,15 +121,13 @@ def _add_cost(commands: Any) -> None:
 
 
 def _cost(options: argparse.Namespace) -> int:
-    from sdpd import cli
-
-    scene = cli._scene(options.scene)
+    scene = scene_of(options.scene)
     if options.error is None:
         for name in ("quantity", "time"):
             if getattr(options, name) is not None:
                 raise ValueError(f"`--{name}` needs `--error`")
         print(scene.cost(options.integrator))
-        return 0
+        return OK
     print(
         scene.cost(
             options.integrator,
@@ -139,4 +138,4 @@ def _cost(options: argparse.Namespace) -> int:
             measure=not options.no_measure,
         )
     )
-    return 0
+    return OK
