@@ -6,6 +6,7 @@
 //! The grid is renewed when a particle has moved half the `margin` since it was built. The list has
 //! a skin of its own (at most the margin), so the order of pairs does not depend on the skin.
 
+use super::schedule::Schedule;
 use crate::domain::PeriodicBox;
 use crate::state::Particles;
 
@@ -21,8 +22,8 @@ pub struct Grid {
     pub cells_per_block: [usize; 3],
     /// How many cells away a neighbour can be, per axis.
     pub reach: [usize; 3],
-    /// Base blocks by colour.
-    pub colours: Vec<Vec<u32>>,
+    /// The order of base blocks.
+    pub schedule: Schedule,
     /// First slot of each cell, and the number of particles at the end.
     pub cell_start: Vec<u32>,
     /// Positions at the last renewal, in slot order.
@@ -93,24 +94,16 @@ impl Grid {
             reach[axis] = (width / cell_edge).ceil() as usize;
             inverse_cell[axis] = 1.0 / cell_edge;
         }
-        let count = |axis: usize| colours_along(blocks[axis]);
-        let mut colours = vec![Vec::new(); count(0) * count(1) * count(2)];
-        for z in 0..blocks[2] {
-            for y in 0..blocks[1] {
-                for x in 0..blocks[0] {
-                    let colour = colour_along(x, blocks[0])
-                        + count(0)
-                            * (colour_along(y, blocks[1]) + count(1) * colour_along(z, blocks[2]));
-                    colours[colour].push((x + blocks[0] * (y + blocks[1] * z)) as u32);
-                }
-            }
-        }
+        let schedule = Schedule::new(blocks, |at| {
+            let [x, y, z] = [0, 1, 2].map(|axis| colour_along(at[axis], blocks[axis]));
+            x + colours_along(blocks[0]) * (y + colours_along(blocks[1]) * z)
+        });
         let n_cells: usize = (0..3).map(|a| blocks[a] * cells_per_block[a]).product();
         Self {
             blocks,
             cells_per_block,
             reach,
-            colours,
+            schedule,
             cell_start: vec![0; n_cells + 1],
             reference: vec![[0.0; 3]; n],
             inverse_cell,
@@ -130,6 +123,7 @@ impl Grid {
         4 * (self.cell_start.capacity() + self.cell_of_row.capacity())
             + 4 * (self.slot_of_row.capacity() + self.order.capacity())
             + 24 * self.reference.capacity()
+            + self.schedule.bytes()
     }
 
     /// Cells per block, all axes together.
@@ -196,41 +190,6 @@ impl Grid {
         particles.permute(&self.order);
         for (reference, position) in self.reference.iter_mut().zip(&particles.position) {
             *reference = [position[0], position[1], position[2]];
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn blocks_of_one_colour_share_no_neighbour() {
-        for edges in [[3.4, 3.4, 3.4], [20.0, 5.2, 7.9], [2.0, 9.3, 13.1]] {
-            let cell = PeriodicBox::new(&edges, 1.0).unwrap();
-            let grid = Grid::new(&cell, 3, 200_000, 1.1);
-            for colour in &grid.colours {
-                let mut touched = std::collections::HashSet::new();
-                for &base in colour {
-                    let at = [
-                        base as usize % grid.blocks[0],
-                        base as usize / grid.blocks[0] % grid.blocks[1],
-                        base as usize / (grid.blocks[0] * grid.blocks[1]),
-                    ];
-                    let mut own = std::collections::HashSet::new();
-                    for corner in 0..8_usize {
-                        let next: Vec<usize> = (0..3)
-                            .map(|a| (at[a] + (corner >> a & 1)) % grid.blocks[a])
-                            .collect();
-                        own.insert(next);
-                    }
-                    for block in own {
-                        assert!(touched.insert(block), "{edges:?}");
-                    }
-                }
-            }
-            let all: usize = grid.colours.iter().map(Vec::len).sum();
-            assert_eq!(all, grid.block_count());
         }
     }
 }

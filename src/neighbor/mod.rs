@@ -3,8 +3,10 @@
 
 mod grid;
 mod list;
+mod schedule;
 mod skin;
 
 pub use grid::Grid;
 pub use list::{BlockList, PairList, ROUNDS, Rows};
+pub use schedule::Schedule;
 pub use skin::{SkinModel, automatic_skin};

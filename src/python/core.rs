@@ -435,9 +435,9 @@ impl Core {
         let order = || {
             engine
                 .grid
-                .colours
+                .schedule
+                .blocks
                 .iter()
-                .flatten()
                 .map(|&b| &blocks[b as usize])
         };
         let mut pairs = Vec::new();
@@ -489,7 +489,7 @@ impl Core {
         let row = |slot: u32| engine.particles.row[slot as usize];
         let walls = &engine.walls;
         let mut table = Vec::new();
-        for &base in engine.grid.colours.iter().flatten() {
+        for &base in &engine.grid.schedule.blocks {
             let links = walls.links.get(base as usize).map_or(&[][..], |b| &b.links);
             for link in links {
                 let label = walls.images[link.image as usize].label;

@@ -47,8 +47,6 @@ pub use work::pair_work;
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::neighbor::{BlockList, Grid};
 
 /// Pairs per chunk: all arrays of a chunk stay in the first-level cache.
@@ -97,30 +95,16 @@ impl<'a, T> Shared<'a, T> {
 }
 
 /// Calls `work` for every block and its number, colour by colour; in parallel where the pool has
-/// threads. The call is a virtual one, so that the parallel loop is compiled once and not for every
-/// combination.
+/// threads.
 pub(crate) fn for_each_block(
     grid: &Grid,
     blocks: &[BlockList],
     reverse: bool,
     work: &(dyn Fn(u32, &BlockList) + Sync),
 ) {
-    let parallel = rayon::current_num_threads() > 1;
-    let colour_work = |colour: &Vec<u32>| {
-        if parallel && colour.len() > 1 {
-            colour
-                .par_iter()
-                .with_max_len(1)
-                .for_each(|&b| work(b, &blocks[b as usize]));
-        } else {
-            colour.iter().for_each(|&b| work(b, &blocks[b as usize]));
-        }
-    };
-    if reverse {
-        grid.colours.iter().rev().for_each(colour_work);
-    } else {
-        grid.colours.iter().for_each(colour_work);
-    }
+    grid.schedule.run(reverse, &|number| {
+        work(number, &blocks[number as usize]);
+    });
 }
 
 /// A walk along the rows of a block, chunk by chunk.

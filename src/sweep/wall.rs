@@ -178,10 +178,9 @@ pub(super) fn for_each_links(
     fresh: bool,
     work: &(dyn Fn(&mut BlockLinks) + Sync),
 ) {
-    let parallel = rayon::current_num_threads() > 1;
     let shared = Shared::new(links);
-    let one = |&base: &u32| {
-        // SAFETY: every base block occurs once among the colours.
+    grid.schedule.run(reverse, &|base| {
+        // SAFETY: every base block has one turn.
         let block = unsafe { shared.slot(base) };
         if !block.links.is_empty() {
             if fresh {
@@ -189,19 +188,7 @@ pub(super) fn for_each_links(
             }
             work(block);
         }
-    };
-    let colour_work = |colour: &Vec<u32>| {
-        if parallel && colour.len() > 1 {
-            colour.par_iter().for_each(one);
-        } else {
-            colour.iter().for_each(one);
-        }
-    };
-    if reverse {
-        grid.colours.iter().rev().for_each(colour_work);
-    } else {
-        grid.colours.iter().for_each(colour_work);
-    }
+    });
 }
 
 /// Calls `work` for every task of near particles, its sums set to 0.
