@@ -13,7 +13,7 @@ from sdpd.accuracy import PROBLEMS, Settings
 from sdpd.accuracy.expectation import flow_orders, flow_point, sampled_time
 from sdpd.accuracy.orders import Point, fit, load_orders
 from sdpd.accuracy.problems import equilibrium
-from sdpd.accuracy.speed import cache_file, kind_of_step, measure_speed, speed_of
+from sdpd.accuracy.speed import Speed, cache_file, kind_of_step, measure_speed, speed_of
 
 FACTOR = 1.5
 
@@ -103,6 +103,7 @@ KINDS = [
     ("cylinder", {"across": 30, "support": 3.2}),
     ("temperature", {"support": 2.9, "integrator": "velocity_verlet"}),
     ("temperature_variance", {"support": 3.1}),
+    ("diffusion", {"support": 3.1, "precision": "mixed"}),
 ]
 
 
@@ -115,9 +116,8 @@ def test_seconds_within_a_factor(name, changes):
     ratios = []
     for _ in range(4):
         before = _timed(sim)
-        expected = measure_speed(sim.scene, sim.integrator).seconds(
-            sim.scene, sim.dt, sim.integrator
-        )
+        speed = measure_speed(sim.scene, sim.integrator, sim.precision)
+        expected = speed.seconds(sim.scene, sim.dt, sim.integrator)
         ratios.append(min(before, _timed(sim)) / expected)
         if 1.0 / FACTOR < ratios[-1] < FACTOR:
             return
@@ -169,15 +169,43 @@ def test_kinds_of_steps_differ(channel, fluid):
         kind_of_step(channel),
         kind_of_step(fluid),
         kind_of_step(fluid, "velocity_verlet"),
+        kind_of_step(fluid, "velocity_verlet", "mixed"),
         kind_of_step(fluid, sdpd.VelocityVerlet(noise="gaussian")),
         kind_of_step(fluid, sdpd.VelocityVerlet(iterations=1)),
         kind_of_step(PROBLEMS["temperature_variance"].scene(Settings(across=16))),
         kind_of_step(PROBLEMS["cylinder"].simulation(Settings(across=30)).scene),
     }
-    assert len(kinds) == 7
+    assert len(kinds) == 8
 
 
 # --- advice -----------------------------------------------------------------------------------
+
+
+def test_the_faster_precision_is_taken(fluid, monkeypatch):
+    """Of made-up speeds: single precision is worth it for one integrator alone."""
+
+    def speed(scene, integrator, *, precision, measure, refresh):
+        fast = integrator.name == "pair_splitting" and precision == "mixed"
+        pair = 1.0 if fast else 40.0
+        return Speed(step=0.0, particle=0.0, pair=pair, wall=0.0, lists=0.0, measured=True)
+
+    monkeypatch.setattr("sdpd.accuracy.advice.speed_of", speed)
+    best = fluid.cost(error=0.02)
+    assert (best.precision, best.integrator.name) == ("mixed", "pair_splitting")
+    assert "mixed" in str(best)
+    double = fluid.cost(error=0.02, precision="double")
+    assert double.precision == "double" and double.seconds > best.seconds
+    verlet = fluid.cost("velocity_verlet", error=0.02)
+    assert verlet.precision == "double"  # equal seconds: the plain one
+
+
+def test_precision_is_checked(fluid):
+    with pytest.raises(ValueError, match="`precision` must be one of"):
+        fluid.cost(error=0.02, precision="half")
+    gas = PROBLEMS["temperature_variance"].scene(Settings(across=16))
+    with pytest.raises(ValueError, match="`precision` must be 'double' for a fluid with an energy"):
+        gas.cost(error=0.05, precision="mixed")
+    assert gas.cost(error=0.05, measure=False).precision == "double"
 
 
 def test_the_settings_found_keep_their_promise(channel):

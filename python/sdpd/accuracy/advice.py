@@ -21,6 +21,7 @@ from sdpd.accuracy.expectation import (
     sampled_time,
 )
 from sdpd.accuracy.orders import Orders, Point
+from sdpd.accuracy.settings import PRECISIONS
 from sdpd.accuracy.speed import Speed, kind_of_step, speed_of
 from sdpd.box import AXES
 from sdpd.errors import silenced
@@ -51,6 +52,8 @@ class AccuracyCost:
     scene : Scene
         The given one with the settings found.
     integrator : Integrator
+    precision : {"double", "mixed"}
+        Of the pairs.
     dt : float
         Time step [time].
     quantity : str
@@ -79,6 +82,7 @@ class AccuracyCost:
 
     scene: Scene
     integrator: Integrator
+    precision: str
     dt: float
     quantity: str
     error: float
@@ -113,6 +117,7 @@ class AccuracyCost:
             ["  particles", f"{scene.n_particles}, spacing {shown(scene.spacing, 'm', si=si)}"],
             ["  kernel", f"{kernel}, h/dx = {resolution.support:g}{calibrated}"],
             ["  integrator", f"{self.integrator.title}, dt = {shown(self.dt, 's', si=si)}"],
+            ["  precision", self.precision],
             [
                 "  bias",
                 f"{expected.bias:.2%}, within a factor {expected.factor:.1f} ({expected.source})",
@@ -140,6 +145,7 @@ def advise(
     error: float,
     *,
     integrator: Integrator | str | None = None,
+    precision: str | None = None,
     quantity: str | None = None,
     time: float | None = None,
     measure: bool = True,
@@ -155,6 +161,9 @@ def advise(
         Relative, ``0 < error < 1``.
     integrator : Integrator or str, optional
         Only this one; those that suit the scene if None.
+    precision : {"double", "mixed"}, optional
+        Only this one; the faster one of those that the fluid allows if None. It adds nothing to an
+        error that can be asked for here (docs/guide/performance).
     quantity : str, optional
         "flow" (velocities over the fastest, or temperatures over their span), and in equilibrium
         "temperature", "density_variance", "temperature_variance" or "diffusion"; a flow where
@@ -200,6 +209,7 @@ def advise(
     what = default_quantity(scene) if quantity is None else quantity
     validation.choice("quantity", what, QUANTITIES)
     span = validation.optional_positive("time", time)
+    precisions = _precisions(scene, precision)
     noisy = scene.active_effects.fluctuations
     if what != "flow" and (not noisy or scene.walls):
         raise ValueError(
@@ -213,10 +223,14 @@ def advise(
     for made, chosen, dt, expected in search(scene, integrator, what, limit, accuracy):
         least = min(least, expected.bias)
         if expected.bias <= limit:
-            kind = kind_of_step(made, chosen)
-            if kind not in speeds:
-                speeds[kind] = speed_of(made, chosen, measure=measure, refresh=refresh)
-            found.append(_costed(made, chosen, dt, what, error, expected, span, speeds[kind]))
+            for each in precisions:
+                kind = kind_of_step(made, chosen, each)
+                if kind not in speeds:
+                    speeds[kind] = speed_of(
+                        made, chosen, precision=each, measure=measure, refresh=refresh
+                    )
+                settings = (made, chosen, each, dt)
+                found.append(_costed(*settings, what, error, expected, span, speeds[kind]))
     if not found:
         smallest = least / limit * error
         raise ValueError(
@@ -226,9 +240,23 @@ def advise(
     return min(found, key=lambda cost: cost.seconds)
 
 
+def _precisions(scene: Scene, asked: str | None) -> tuple[str, ...]:
+    """Those to choose from. Without a measurement both count alike, and the first is taken."""
+    allowed = PRECISIONS[:1] if scene.active_effects.energy else PRECISIONS
+    if asked is None:
+        return allowed
+    validation.choice("precision", asked, PRECISIONS)
+    if asked not in allowed:
+        raise ValueError(
+            f"`precision` must be {allowed[0]!r} for a fluid with an energy, got {asked!r}"
+        )
+    return (asked,)
+
+
 def _costed(
     scene: Scene,
     integrator: Integrator,
+    precision: str,
     dt: float,
     quantity: str,
     error: float,
@@ -250,6 +278,7 @@ def _costed(
     return AccuracyCost(
         scene=scene,
         integrator=integrator,
+        precision=precision,
         dt=dt,
         quantity=quantity,
         error=error,

@@ -7,7 +7,7 @@ import os
 import sys
 import time
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -88,8 +88,10 @@ def _near_walls(scene: Scene) -> float:
     return min(1.0, area * scene.support_radius / scene.fluid_volume) if scene.walls else 0.0
 
 
-def kind_of_step(scene: Scene, integrator: Integrator | str | None = None) -> str:
-    """What decides the cost of a pair: dimension, integrator and effects, in words."""
+def kind_of_step(
+    scene: Scene, integrator: Integrator | str | None = None, precision: str = "double"
+) -> str:
+    """What decides the cost of a pair: dimension, integrator, effects and precision, in words."""
     active, chosen = scene.active_effects, of_scene(scene, integrator)
     words = [f"{scene.dimension}D", chosen.name if active.dissipation else "no friction"]
     words.append(chosen.noise if active.fluctuations else "no noise")
@@ -107,6 +109,8 @@ def kind_of_step(scene: Scene, integrator: Integrator | str | None = None) -> st
     if scene.walls:
         words.append(scene.wall_model.name)
         words += sorted({type(wall).__name__ for wall in scene.walls} - {"Plane"})
+    if precision != "double":
+        words.append(f"{precision} precision")
     return ", ".join(words)
 
 
@@ -114,6 +118,7 @@ def speed_of(
     scene: Scene,
     integrator: Integrator | str | None = None,
     *,
+    precision: str = "double",
     measure: bool = True,
     refresh: bool = False,
 ) -> Speed:
@@ -124,6 +129,7 @@ def speed_of(
     scene : Scene
     integrator : Integrator or str, optional
         The default for the scene if None.
+    precision : {"double", "mixed"}
     measure : bool
         False: if the cache does not know it, the estimate that the package comes with.
     refresh : bool
@@ -134,13 +140,13 @@ def speed_of(
     Speed
     """
     measure = validation.boolean("measure", measure)
-    kind, here = kind_of_step(scene, integrator), _machine()
+    kind, here = kind_of_step(scene, integrator, precision), _machine()
     known = _read()
     if not validation.boolean("refresh", refresh) and kind in known.get(here, {}):
         return Speed(**known[here][kind], measured=True)
     if not measure:
         return _shipped(scene, integrator)
-    speed = measure_speed(scene, integrator)
+    speed = measure_speed(scene, integrator, precision)
     numbers = asdict(speed)
     del numbers["measured"]
     known = _read()
@@ -158,17 +164,20 @@ def _shipped(scene: Scene, integrator: Integrator | str | None) -> Speed:
 # --- measuring -------------------------------------------------------------------------------
 
 
-def measure_speed(scene: Scene, integrator: Integrator | str | None = None) -> Speed:
+def measure_speed(
+    scene: Scene, integrator: Integrator | str | None = None, precision: str = "double"
+) -> Speed:
     """Time small boxes of a scene's fluid, in turns; the cache is not touched."""
     chosen = of_scene(scene, integrator)
     sizes = _BOXES[scene.dimension]
-    boxes = [_Box(_patch(scene, edge, support, walls=False), chosen) for edge, support in sizes]
+    timed = partial(_Box, integrator=chosen, precision=precision)
+    boxes = [timed(_patch(scene, edge, support, walls=False)) for edge, support in sizes]
     if scene.walls:
         own = _curved(scene)
         plane = _patch(scene, *sizes[-1], walls=True)
-        boxes.append(_Box(plane, chosen) if own is None else _Box(own, chosen, None))
+        boxes.append(timed(plane) if own is None else timed(own, builds=None))
     if not scene.active_effects.fluctuations:
-        boxes.append(_Box(_patch(scene, *sizes[-1], walls=False), chosen, 0.5))
+        boxes.append(timed(_patch(scene, *sizes[-1], walls=False), builds=0.5))
     found = np.full(len(boxes), np.inf)
     for _ in range(_ROUNDS):
         found = np.minimum(found, [box() for box in boxes])
@@ -228,15 +237,20 @@ class _Box:
     ----------
     scene : Scene
     integrator : Integrator
+    precision : str
     builds : float
         How often, in lists a step [1]; of the scene's own flow if None.
     """
 
-    def __init__(self, scene: Scene, integrator: Integrator, builds: float | None = 0.0) -> None:
+    def __init__(
+        self, scene: Scene, integrator: Integrator, precision: str, builds: float | None = 0.0
+    ) -> None:
         from sdpd.simulation import Simulation
 
         with silenced():
-            self._sim = Simulation(scene, integrator=integrator, threads=1)
+            self._sim = Simulation(
+                scene, integrator=integrator, precision=precision, threads=1
+            )
         speed = scene.flow_speed or 0.0
         if builds is not None:
             speed = 0.5 * builds * cost.margin(scene, self._sim.dt, integrator) / self._sim.dt
