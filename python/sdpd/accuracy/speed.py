@@ -248,9 +248,7 @@ class _Box:
         from sdpd.simulation import Simulation
 
         with silenced():
-            self._sim = Simulation(
-                scene, integrator=integrator, precision=precision, threads=1
-            )
+            self._sim = Simulation(scene, integrator=integrator, precision=precision, threads=1)
         speed = scene.flow_speed or 0.0
         if builds is not None:
             speed = 0.5 * builds * cost.margin(scene, self._sim.dt, integrator) / self._sim.dt
