@@ -227,6 +227,36 @@ def test_the_settings_found_keep_their_promise(channel):
     assert coarser.seconds <= found.seconds
 
 
+@pytest.mark.parametrize(
+    ("name", "across", "error"),
+    [
+        ("couette", 16, 0.01),
+        ("couette", 16, 0.003),
+        ("taylor_green", 24, 0.05),
+        ("taylor_green", 24, 0.03),
+        ("thermal_couette", 12, 0.03),
+        ("thermal_couette", 12, 0.01),
+        ("cylinder", 24, 0.1),
+        ("cylinder", 24, 0.05),
+    ],
+)
+def test_promises_of_other_flows_are_kept(name, across, error):
+    """Also where a fit is rough: such settings are taken with caution."""
+    problem = PROBLEMS[name]
+    scene = problem.simulation(problem.base.replace(across=across)).scene
+    found = scene.cost(error=error, measure=False)
+    assert found.expected.bias <= error
+    changes = {
+        "across": round(scene.spacing / found.scene.spacing * across),
+        "support": found.scene.resolution.support,
+        "kernel": found.scene.resolution.kernel,
+    }
+    if "calibrate" in problem.takes:
+        changes["calibrate"] = found.scene.calibrate
+    (real,) = accuracy.study(name, [problem.base.replace(**changes)]).rows
+    assert real.error < FACTOR * error
+
+
 def test_advice_of_three_dimensions_holds():
     """The study was made in two."""
     found = sdpd.scenes.load("poiseuille").cost(error=0.01, measure=False)
