@@ -14,7 +14,7 @@ use crate::state::Particles;
 const REGION_TARGET: f64 = 8192.0;
 
 /// The block and cell grid of a box, and where its particles were when it was last renewed.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Grid {
     /// Blocks per axis: 1, 3 or more.
     pub blocks: [usize; 3],
@@ -32,6 +32,11 @@ pub struct Grid {
     cell_of_row: Vec<u32>,
     slot_of_row: Vec<u32>,
     order: Vec<u32>,
+}
+
+/// Coordinates of a block, of so many along each axis.
+pub(super) fn coordinates([nx, ny, _]: [usize; 3], block: usize) -> [usize; 3] {
+    [block % nx, block / nx % ny, block / (nx * ny)]
 }
 
 fn blocks_along(edge: f64, width: f64) -> usize {

@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::Grid;
+use super::grid::coordinates;
 use crate::domain::PeriodicBox;
 use crate::error::Error;
 use crate::random::fmix64;
@@ -179,12 +180,6 @@ impl PairList {
     }
 }
 
-/// Coordinates of a block.
-fn coordinates(grid: &Grid, block: usize) -> [usize; 3] {
-    let [nx, ny, _] = grid.blocks;
-    [block % nx, block / nx % ny, block / (nx * ny)]
-}
-
 /// The block at `corner` (a bit an axis) of the region of the block at `at`, if the axis has one.
 fn corner_block(grid: &Grid, at: [usize; 3], corner: usize) -> Option<usize> {
     let mut block = 0;
@@ -214,7 +209,7 @@ impl BlockList {
 
     /// Gives a place to every slot of the region.
     fn enter_region<const D: usize>(&mut self, base: usize, grid: &Grid) {
-        let at = coordinates(grid, base);
+        let at = coordinates(grid.blocks, base);
         for corner in 0..1_usize << D {
             if let Some(block) = corner_block(grid, at, corner) {
                 let range = grid.block_slots(block);
@@ -238,13 +233,13 @@ impl BlockList {
         columns: &[Vec<f32>; 3],
         cutoff2: f32,
     ) {
-        let at = coordinates(grid, base);
+        let at = coordinates(grid.blocks, base);
         let inside = grid.cells_per_block;
         for corner in 0..1_usize << D {
             let Some(block) = corner_block(grid, at, corner) else {
                 continue;
             };
-            let head_block = coordinates(grid, block);
+            let head_block = coordinates(grid.blocks, block);
             for local in 0..grid.cells_in_block() {
                 let index = block * grid.cells_in_block() + local;
                 let (first, last) = (grid.cell_start[index], grid.cell_start[index + 1]);

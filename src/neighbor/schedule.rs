@@ -9,11 +9,13 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::grid::coordinates;
+
 /// Looks at a block before a thread lets others have its core.
 const PATIENCE: u32 = 4096;
 
 /// The order of base blocks.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Schedule {
     /// Base blocks, colour by colour.
     pub blocks: Vec<u32>,
@@ -28,21 +30,6 @@ pub struct Schedule {
     taken: Vec<AtomicU32>,
     done: Vec<AtomicU32>,
     sweeps: AtomicU32,
-}
-
-impl Clone for Schedule {
-    fn clone(&self) -> Self {
-        Self {
-            blocks: self.blocks.clone(),
-            starts: self.starts.clone(),
-            colour: self.colour.clone(),
-            begin: self.begin.clone(),
-            next: self.next.clone(),
-            taken: fresh(self.taken.len()),
-            done: fresh(self.done.len()),
-            sweeps: AtomicU32::new(0),
-        }
-    }
 }
 
 fn fresh(count: usize) -> Vec<AtomicU32> {
@@ -64,7 +51,7 @@ impl Schedule {
         let [nx, ny, nz] = blocks;
         let count = nx * ny * nz;
         let number = |at: [usize; 3]| (at[0] + nx * (at[1] + ny * at[2])) as u32;
-        let at = |block: usize| [block % nx, block / nx % ny, block / (nx * ny)];
+        let at = |block: usize| coordinates(blocks, block);
         let colour: Vec<u32> = (0..count).map(|block| colour(at(block)) as u32).collect();
         let mut order: Vec<u32> = (0..count as u32).collect();
         order.sort_by_key(|&block| colour[block as usize]);
@@ -147,7 +134,8 @@ impl Schedule {
         let own = self.colour[block as usize];
         for &other in &self.next[begin..end] {
             let colour = self.colour[other as usize];
-            if if reverse { colour < own } else { colour > own } {
+            let comes_first = if reverse { colour > own } else { colour < own };
+            if !comes_first {
                 continue;
             }
             let mut looks = 0;
@@ -177,7 +165,7 @@ fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::HashMap;
+    use std::collections::{HashMap, HashSet};
     use std::sync::Mutex;
 
     use super::super::Grid;
@@ -196,12 +184,31 @@ mod tests {
         log.into_inner().unwrap()
     }
 
+    /// Blocks whose particles a base block touches, by coordinates: known without the schedule.
+    fn touched(grid: &Grid, base: usize) -> HashSet<[usize; 3]> {
+        let [nx, ny, _] = grid.blocks;
+        let at = [base % nx, base / nx % ny, base / (nx * ny)];
+        (0..8_usize)
+            .map(|corner| std::array::from_fn(|a| (at[a] + (corner >> a & 1)) % grid.blocks[a]))
+            .collect()
+    }
+
     #[test]
-    fn blocks_side_by_side_take_turns_by_colour() {
+    fn blocks_that_touch_the_same_particles_take_turns_by_colour() {
         for edges in [[3.4, 3.4, 3.4], [20.0, 5.2, 7.9], [2.0, 9.3, 13.1]] {
             let cell = PeriodicBox::new(&edges, 1.0).unwrap();
             let grid = Grid::new(&cell, 3, 200_000, 1.1);
             let schedule = &grid.schedule;
+            let own: Vec<_> = (0..grid.block_count()).map(|b| touched(&grid, b)).collect();
+            let mut rivals = Vec::new();
+            for (block, mine) in own.iter().enumerate() {
+                for (other, theirs) in own.iter().enumerate() {
+                    if block != other && !mine.is_disjoint(theirs) {
+                        assert_ne!(schedule.colour[block], schedule.colour[other]);
+                        rivals.push((block as u32, other as u32));
+                    }
+                }
+            }
             for threads in [1, 2, 5] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
                 let pool = pool.build().unwrap();
@@ -212,14 +219,10 @@ mod tests {
                         assert!(times.insert((block, begins), time).is_none());
                     }
                     assert_eq!(times.len(), 2 * grid.block_count());
-                    for block in 0..grid.block_count() {
-                        let [begin, end] = [0, 1].map(|n| schedule.begin[block + n] as usize);
-                        for &other in &schedule.next[begin..end] {
-                            let [a, b] = [block, other as usize].map(|n| schedule.colour[n]);
-                            assert_ne!(a, b);
-                            if (a < b) != reverse {
-                                assert!(times[&(block as u32, false)] < times[&(other, true)]);
-                            }
+                    for &(block, other) in &rivals {
+                        let [a, b] = [block, other].map(|n| schedule.colour[n as usize]);
+                        if (a < b) != reverse {
+                            assert!(times[&(block, false)] < times[&(other, true)]);
                         }
                     }
                 }
