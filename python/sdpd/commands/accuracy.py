@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sdpd.accuracy.settings import NAMES
-from sdpd.commands.shared import OK, scene_of, show
+from sdpd.commands.shared import NO_PROGRESS, OK, scene_of, show
 
 __all__ = ["add_to"]
 
@@ -65,7 +65,7 @@ def _add_accuracy(commands: Any) -> None:
     add("--repeats", type=int, default=1, metavar="N", help="of each run, for the clock")
     add("--store", metavar="DIR", help="keep finished settings there, and go on from them")
     add("-o", "--output", metavar="DIR", help="write table, text and figure there")
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _accuracy(options: argparse.Namespace) -> int:
@@ -83,7 +83,7 @@ def _accuracy(options: argparse.Namespace) -> int:
         seeds=options.seeds,
         repeats=options.repeats,
         folder=options.store,
-        progress=False if options.no_progress else None,
+        progress=options.progress,
     )
     return show(accuracy, study, options.output)
 

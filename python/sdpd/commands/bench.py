@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from sdpd.commands.shared import numbers, reals, show
+from sdpd.commands.shared import NO_PROGRESS, numbers, reals, show
 
 if TYPE_CHECKING:
     from sdpd import bench
@@ -54,13 +54,13 @@ def add_to(commands: Any) -> None:
     add("--quick", action="store_true", help="turns of a few steps, to try it")
     add("--json", metavar="PATH", help="write everything there, machine and commit included")
     add("-o", "--output", metavar="DIR", help="write JSON, table and figure there")
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _bench(options: argparse.Namespace) -> int:
     from sdpd import bench
 
-    progress = False if options.no_progress else None
+    progress = options.progress
     common = {"quick": options.quick, "progress": progress}
     given = {name: getattr(options, name) for name in ("sizes", "supports", "kernels", "threads")}
     given |= {"rounds": options.rounds, "executable": options.lammps}

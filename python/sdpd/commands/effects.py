@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from sdpd.commands.shared import scene_of, show
+from sdpd.commands.shared import NO_PROGRESS, scene_of, show
 
 __all__ = ["add_to"]
 
@@ -30,7 +30,7 @@ def add_to(commands: Any) -> None:
     add("--threads", type=int, default=1, help="of each simulation (default 1)")
     add("-o", "--output", metavar="DIR", help="write JSON, tables and figure there")
     add("--quick", action="store_true", help="short runs, to try it")
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -43,7 +43,7 @@ def _run(options: argparse.Namespace) -> int:
         time=options.time,
         quick=options.quick,
         threads=options.threads,
-        progress=False if options.no_progress else None,
+        progress=options.progress,
         **{name: value for name, value in given.items() if value is not None},
     )
     return show(effects_study, study, options.output)

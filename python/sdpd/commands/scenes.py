@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sdpd.commands.shared import OK, scene_of
+from sdpd.commands.shared import NO_PROGRESS, OK, scene_of
 
 if TYPE_CHECKING:
     from sdpd.observers import Profile, WallForces
@@ -56,7 +56,7 @@ def _run_options(command: argparse.ArgumentParser) -> None:
         default="double",
         help="of what happens between two particles (default double)",
     )
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _regime(options: argparse.Namespace) -> int:
@@ -90,7 +90,7 @@ def _run(options: argparse.Namespace) -> int:
         steps=options.steps,
         time=options.time,
         observe=[thermo, trajectory, *at_walls.values()],
-        progress=False if options.no_progress else None,
+        progress=options.progress,
         on_error=folder / "last_good.sdpd",
     )
     simulation.save(folder / "final.sdpd")

@@ -11,9 +11,26 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sdpd.scene import Scene
 
-__all__ = ["FAILED", "INTERRUPTED", "OK", "REFUSED", "numbers", "reals", "scene_of", "show"]
+__all__ = [
+    "FAILED",
+    "INTERRUPTED",
+    "NO_PROGRESS",
+    "OK",
+    "REFUSED",
+    "numbers",
+    "reals",
+    "scene_of",
+    "show",
+]
 
 OK, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+# Of every command that may show a bar: `progress` is None, for it to decide by itself, or False.
+NO_PROGRESS: dict[str, Any] = {
+    "dest": "progress",
+    "action": "store_const",
+    "const": False,
+    "help": "no progress bar",
+}
 
 
 def scene_of(path: str) -> Scene:

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from sdpd.commands.shared import FAILED, OK, numbers, scene_of, show
+from sdpd.commands.shared import FAILED, NO_PROGRESS, OK, numbers, scene_of, show
 
 __all__ = ["add_to"]
 
@@ -59,7 +59,7 @@ def _diffusion_options(commands: Any) -> None:
         choices=("artificial_compressibility", "ideal_gas", "linear", "tait"),
         help="default: artificial compressibility for water, ideal gas for nitrogen, as published",
     )
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _fluctuations_options(commands: Any) -> None:
@@ -72,7 +72,7 @@ def _fluctuations_options(commands: Any) -> None:
     add("--seed", type=int, default=1, help="key of all randomness (default 1)")
     add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
     add("--quick", action="store_true", help="seconds, larger errors")
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _correlations_options(commands: Any) -> None:
@@ -91,7 +91,7 @@ def _correlations_options(commands: Any) -> None:
     add("--seed", type=int, default=1, help="key of all randomness (default 1)")
     add("--runs", type=int, help="independent runs (default 16, with --quick 8)")
     add("--quick", action="store_true", help="a quarter of the work, larger errors")
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _viscosity_options(commands: Any) -> None:
@@ -117,7 +117,7 @@ def _transport_options(
     add("--seed", type=int, default=1, help="key of all randomness (default 1)")
     add("--time-factor", type=float, default=1.0, metavar="F", help="so much longer (default 1)")
     add("--quick", action="store_true", help="seconds, larger errors")
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _channel_options(commands: Any) -> None:
@@ -129,7 +129,7 @@ def _channel_options(commands: Any) -> None:
     add("-o", "--output", metavar="DIR", help="write table, profiles and figure there")
     add("--threads", type=int, help="threads (default: processors at hand)")
     add("--quick", action="store_true", help="20 layers of particles instead of 31: seconds")
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _nitrogen_options(commands: Any) -> None:
@@ -150,7 +150,7 @@ def _nitrogen_options(commands: Any) -> None:
     add("--seed", type=int, default=1, help="key of all randomness (default 1)")
     add("--threads", type=int, help="threads (default: processors at hand)")
     add("-o", "--output", metavar="DIR", help="write table and figure there")
-    add("--no-progress", action="store_true", help="no progress bar")
+    add("--no-progress", **NO_PROGRESS)
 
 
 def _diffusion(options: argparse.Namespace) -> int:
@@ -174,7 +174,7 @@ def _diffusion(options: argparse.Namespace) -> int:
         core_minutes=options.core_minutes,
         quick=options.quick,
         processes=options.processes,
-        progress=not options.no_progress,
+        progress=options.progress is not False,
     )
     print(study)
     if options.output is not None:
@@ -193,7 +193,7 @@ def _fluctuations(options: argparse.Namespace) -> int:
         seed=options.seed,
         time_factor=options.time_factor,
         quick=options.quick,
-        progress=False if options.no_progress else None,
+        progress=options.progress,
     )
     return show(fluctuations, study, options.output)
 
@@ -207,7 +207,7 @@ def _correlations(options: argparse.Namespace) -> int:
         seed=options.seed,
         runs=options.runs,
         quick=options.quick,
-        progress=False if options.no_progress else None,
+        progress=options.progress,
     )
     return show(correlations, study, options.output)
 
@@ -233,7 +233,7 @@ def _coefficient(package: Any, run: Callable[..., Any], options: argparse.Namesp
         seed=options.seed,
         time_factor=options.time_factor,
         quick=options.quick,
-        progress=False if options.no_progress else None,
+        progress=options.progress,
     )
     return show(package, study, options.output)
 
@@ -245,7 +245,7 @@ def _channel(options: argparse.Namespace) -> int:
         options.kind,
         quick=options.quick,
         threads=options.threads,
-        progress=False if options.no_progress else None,
+        progress=options.progress,
     )
     return show(channel, study, options.output)
 
@@ -262,6 +262,6 @@ def _nitrogen(options: argparse.Namespace) -> int:
         quick=options.quick,
         seed=options.seed,
         threads=options.threads,
-        progress=False if options.no_progress else None,
+        progress=options.progress,
     )
     return show(nitrogen, study, options.output)
