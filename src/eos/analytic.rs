@@ -64,6 +64,16 @@ pub struct Tait {
     pub background_pressure: f64,
 }
 
+/// x^n, by products where n is a small integer: a fifth of the time, and the same bits everywhere.
+#[inline]
+fn power(x: f64, n: f64) -> f64 {
+    if n.fract() == 0.0 && n.abs() <= 64.0 {
+        x.powi(n as i32)
+    } else {
+        x.powf(n)
+    }
+}
+
 impl Tait {
     fn stiffness(&self) -> f64 {
         self.reference_density * self.sound_speed * self.sound_speed / self.exponent
@@ -72,17 +82,17 @@ impl Tait {
 
 impl EquationOfState for Tait {
     fn pressure(&self, rho: f64) -> f64 {
-        self.stiffness() * ((rho / self.reference_density).powf(self.exponent) - 1.0)
+        self.stiffness() * (power(rho / self.reference_density, self.exponent) - 1.0)
             + self.background_pressure
     }
     fn sound_speed_squared(&self, rho: f64) -> f64 {
         self.sound_speed
             * self.sound_speed
-            * (rho / self.reference_density).powf(self.exponent - 1.0)
+            * power(rho / self.reference_density, self.exponent - 1.0)
     }
     fn specific_potential(&self, rho: f64) -> f64 {
         let x = rho / self.reference_density;
-        self.stiffness() / self.reference_density * x.powf(self.exponent - 1.0)
+        self.stiffness() / self.reference_density * power(x, self.exponent - 1.0)
             / (self.exponent - 1.0)
             + (self.stiffness() - self.background_pressure) / rho
     }

@@ -144,13 +144,14 @@ fn dot_with<A: Arithmetic, R: Real>(a: [R; 3], b: [R; 3]) -> R {
 }
 
 impl Kick {
-    /// Drag and noise on i from one pair: `inverse_r` = 1/r, r = r_ij, u = v_ij, xi the pair's
-    /// variates with the sign of the order of ids (the central form uses `xi[0]`, without a sign);
-    /// `root_g` = sqrt(g) counts with noise only.
+    /// Drag and noise on i from one pair, and `push` r: `inverse_r` = 1/r, r = r_ij, u = v_ij, xi the
+    /// pair's variates with the sign of the order of ids (the central form uses `xi[0]`, without a
+    /// sign); `root_g` = sqrt(g) counts with noise only.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
     pub fn force<F: FrictionForm, A: Arithmetic, R: Real>(
         &self,
+        push: R,
         g: R,
         root_g: R,
         inverse_r: R,
@@ -160,27 +161,25 @@ impl Kick {
         noise: bool,
     ) -> [R; 3] {
         let inverse_r2 = inverse_r * inverse_r;
-        let along = R::of(-self.drag_along) * g * inverse_r2 * dot_with::<A, R>(r, u);
+        // Along e, less a factor of r^2.
+        let drag = R::of(-self.drag_along) * g * dot_with::<A, R>(r, u);
         if F::CENTRAL {
-            let mut strength = along;
+            let mut along = A::fused(drag, inverse_r2, push);
             if noise {
-                strength += R::of(self.noise_along) * (root_g * inverse_r) * xi[0];
+                along = A::fused(R::of(self.noise_along) * root_g * inverse_r, xi[0], along);
             }
-            return r.map(|x| strength * x);
+            return r.map(|x| along * x);
         }
         let across = R::of(-self.drag_across) * g;
         if !noise {
+            let along = A::fused(drag, inverse_r2, push);
             return std::array::from_fn(|a| A::fused(along, r[a], across * u[a]));
         }
-        let noise_along = R::of(self.noise_along) * root_g * inverse_r2 * dot_with::<A, R>(r, xi);
-        let noise_across = R::of(self.noise_across) * root_g;
-        std::array::from_fn(|a| {
-            A::fused(
-                along + noise_along,
-                r[a],
-                A::fused(across, u[a], noise_across * xi[a]),
-            )
-        })
+        let kick = R::of(self.noise_along) * root_g;
+        let along = A::fused(kick, dot_with::<A, R>(r, xi), drag);
+        let along = A::fused(along, inverse_r2, push);
+        let kick_across = R::of(self.noise_across) * root_g;
+        std::array::from_fn(|a| A::fused(along, r[a], A::fused(across, u[a], kick_across * xi[a])))
     }
 }
 
@@ -195,7 +194,7 @@ impl Kick {
         xi: [f64; 3],
         noise: bool,
     ) -> [f64; 3] {
-        self.force::<F, Plain, f64>(g, g.sqrt(), inverse_r2.sqrt(), r, u, xi, noise)
+        self.force::<F, Plain, f64>(0.0, g, g.sqrt(), inverse_r2.sqrt(), r, u, xi, noise)
     }
 
     /// Drag and noise on i from one link: -g (a I + b Ebar) u and its noise; u and the sign of xi as

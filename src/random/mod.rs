@@ -78,6 +78,13 @@ impl SweepKey {
         self
     }
 
+    /// The word of a particle in this sweep, from which those of its pairs are made ([`blend`]): of the
+    /// counter of a pair with itself, which no pair has.
+    pub fn particle_word(&self, id: u64) -> u64 {
+        let [low, high, ..] = self.pair_words(id, id);
+        low | high << 32
+    }
+
     /// The four words of a pair, the same for (a, b) and (b, a).
     #[inline(always)]
     pub fn pair_words(&self, id_a: u64, id_b: u64) -> [u64; 4] {
@@ -102,6 +109,18 @@ pub fn pair_counter(id_a: u64, id_b: u64) -> [u64; 2] {
         (high & 0xffff_ffff) ^ (mixed >> 32),
     ]
 }
+
+/// 64 bits of a pair from the words of its particles, the same for (a, b) and (b, a); others for each
+/// `turn`. Words of particles are as good as independent of each other and from sweep to sweep, so
+/// that each pair has bits of its own by their sum alone; the mixing undoes what sums have in common,
+/// (a + b) + (c + d) = (a + d) + (b + c).
+#[inline(always)]
+pub fn blend(word_a: u64, word_b: u64, turn: u64) -> u64 {
+    fmix64(word_a.wrapping_add(word_b) ^ turn.wrapping_mul(TURN))
+}
+
+/// 2^64 by the golden ratio.
+const TURN: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// Finaliser of MurmurHash3 (Appleby): a bijection of 64-bit words with fmix64(0) = 0.
 #[inline(always)]

@@ -1,6 +1,7 @@
 //! From the four words of a pair to the variates of its random force. Each kind has mean 0,
 //! variance 1 and independent components; only their higher moments and their cost differ.
 
+use super::blend;
 use crate::real::{Arithmetic, Real};
 
 const SCALE: f64 = 1.0 / 4_294_967_296.0;
@@ -15,6 +16,13 @@ pub trait Variate: Copy + Send + Sync + 'static {
     /// Three variates from four words (2D uses the first two, the central form the first), times
     /// `sign`, which is 1 or -1.
     fn draw<A: Arithmetic, R: Real>(words: [u64; 4], sign: R, count: usize) -> [R; 3];
+    /// The first `COUNT` variates of pairs in lanes from the words of their particles ([`blend`]);
+    /// where `SIGNED`, those of (a, b) are those of (b, a) with the other sign.
+    fn between<A: Arithmetic, R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
+        words: &[[u64; N]; 2],
+        count: usize,
+        xi: &mut [[R; N]; 3],
+    );
     /// Four variates from four words; the first ones are those of `draw`.
     fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4];
 }
@@ -31,6 +39,13 @@ impl Variate for Silent {
         [R::ZERO; 3]
     }
     #[inline(always)]
+    fn between<A: Arithmetic, R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
+        _: &[[u64; N]; 2],
+        _: usize,
+        _: &mut [[R; N]; 3],
+    ) {
+    }
+    #[inline(always)]
     fn draw_four<A: Arithmetic>(_: [u64; 4]) -> [f64; 4] {
         [0.0; 4]
     }
@@ -39,6 +54,11 @@ impl Variate for Silent {
 /// Normal variates by the transformation of Box and Muller (1958) on 32-bit uniforms: |xi| < 6.8.
 #[derive(Debug, Clone, Copy)]
 pub struct Gaussian;
+
+#[inline(always)]
+fn sign<R: Real, const SIGNED: bool>(head: u64, other: u64) -> R {
+    R::of(if SIGNED && head > other { -1.0 } else { 1.0 })
+}
 
 #[inline(always)]
 fn box_muller<A: Arithmetic, R: Real>(a: u64, b: u64) -> (R, R) {
@@ -59,6 +79,37 @@ impl Variate for Gaussian {
             R::ZERO
         };
         [x, y, z].map(|variate| sign * variate)
+    }
+    #[inline(always)]
+    fn between<A: Arithmetic, R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
+        [head, other]: &[[u64; N]; 2],
+        count: usize,
+        xi: &mut [[R; N]; 3],
+    ) {
+        let count = count.min(N);
+        let mut words = [[0_u32; N]; 4];
+        for lane in 0..count {
+            for turn in 0..COUNT.div_ceil(2) {
+                let bits = blend(head[lane], other[lane], turn as u64);
+                words[2 * turn][lane] = bits as u32;
+                words[2 * turn + 1][lane] = (bits >> 32) as u32;
+            }
+        }
+        // Single precision is good enough, and twice as many lanes.
+        let mut narrow = [[0.0_f32; N]; 3];
+        for lane in 0..count {
+            let four = [0, 1, 2, 3].map(|n: usize| u64::from(words[n][lane]));
+            let drawn = Self::draw::<A, f32>(four, 1.0, COUNT);
+            for n in 0..COUNT {
+                narrow[n][lane] = drawn[n];
+            }
+        }
+        for lane in 0..count {
+            let sign = sign::<R, SIGNED>(head[lane], other[lane]);
+            for n in 0..COUNT {
+                xi[n][lane] = sign * R::of(narrow[n][lane].double());
+            }
+        }
     }
     #[inline(always)]
     fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4] {
@@ -85,6 +136,22 @@ impl Variate for Uniform {
             R::centred(words[1]) * factor,
             R::centred(words[2]) * factor,
         ]
+    }
+    #[inline(always)]
+    fn between<A: Arithmetic, R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
+        [head, other]: &[[u64; N]; 2],
+        count: usize,
+        xi: &mut [[R; N]; 3],
+    ) {
+        for lane in 0..count.min(N) {
+            let (a, b) = (head[lane], other[lane]);
+            let factor = sign::<R, SIGNED>(a, b) * R::of(SQRT_12);
+            // Three times 21 bits.
+            let bits = blend(a, b, 0);
+            for n in 0..COUNT {
+                xi[n][lane] = R::centred_third(bits >> (1 + 21 * n)) * factor;
+            }
+        }
     }
     #[inline(always)]
     fn draw_four<A: Arithmetic>(words: [u64; 4]) -> [f64; 4] {

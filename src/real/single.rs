@@ -101,6 +101,10 @@ impl Real for f32 {
         (word as u32 ^ 0x8000_0000) as i32 as f32 + 0.5
     }
     #[inline(always)]
+    fn centred_third(word: u64) -> Self {
+        f32::from_bits(((word as u32) << 2 & 0x007f_fffc) | 0x3f80_0000) - (1.5 - 1.0 / 4_194_304.0)
+    }
+    #[inline(always)]
     fn unit_interval(word: u64) -> Self {
         (upper(word) + 0.5) * HALF_WORD
     }

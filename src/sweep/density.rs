@@ -1,15 +1,30 @@
 //! Number density by summation, d_i = W(0) + sum_j W(r_ij), and the site pressures that follow.
 
+use std::marker::PhantomData;
+
 use rayon::prelude::*;
 
 use super::precision::{Copies, Precision};
-use super::rows::{ROOM, near_partners, whole};
-use super::{CHUNK, Shared, Task, Wide, for_each_block, run_wide};
+use super::rows::{MOST, near_partners};
+use super::{Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
 use crate::real::Real;
 use crate::state::Particles;
+
+/// Pairs whose weights are computed at once: those of many rows, so that a machine need not know where
+/// one ends, nor how many of its pairs are within the support, to begin with the next.
+const BATCH: usize = 1024;
+
+/// Square distances of some pairs, then their weights.
+#[repr(align(64))] // vectors must not straddle cache lines
+struct Batch<R> {
+    lanes: [R; BATCH + MOST],
+    /// Their first row among the near ones, and where they begin among the places.
+    row: usize,
+    begin: usize,
+}
 
 struct DensityTask<'a, K, P: Precision, const D: usize> {
     block: &'a BlockList,
@@ -18,26 +33,38 @@ struct DensityTask<'a, K, P: Precision, const D: usize> {
     place: &'a [[P::Real; 4]],
     /// Where the sums go, if they are wanted.
     density: Option<Shared<'a, f64>>,
-    kernel: std::marker::PhantomData<K>,
+    kernel: PhantomData<K>,
 }
 
 impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> {
     type Output = ();
 
     #[inline(always)]
-    fn run<W: Wide>(self) {
-        let (block, near) = (self.block, self.near);
-        near.ends.clear();
-        let mut weight = [P::Real::ZERO; ROOM];
-        let (mut begin, mut length) = (0, 0);
+    fn run<W: Wide>(mut self) {
+        let block = self.block;
+        self.near.ends.clear();
+        let mut batch = Batch {
+            lanes: [P::Real::ZERO; BATCH + MOST],
+            row: 0,
+            begin: 0,
+        };
+        let (mut first, mut length) = (0, 0);
         for &[head, end] in &block.rows {
-            let row = begin..end as usize;
-            begin = row.end;
-            let (mut own, before) = (0.0, length);
-            for first in row.clone().step_by(CHUNK) {
-                let count = (row.end - first).min(CHUNK);
-                // SAFETY: a row of this block.
-                let found = unsafe {
+            let (end, before) = (end as usize, length);
+            if length + (end - first) > batch.begin + BATCH {
+                self.give::<W>(&mut batch, length);
+                batch.row = self.near.ends.len();
+            }
+            while first < end {
+                if length == batch.begin + BATCH {
+                    // A row longer than a batch.
+                    self.near.ends.push([head, u32::MAX]);
+                    self.give::<W>(&mut batch, length);
+                    self.near.ends.pop();
+                }
+                let count = (end - first).min(batch.begin + BATCH - length);
+                // SAFETY: pairs of a row of this block, for which there are lanes, and a vector more.
+                length += unsafe {
                     near_partners::<P, W, D>(
                         block,
                         self.cell,
@@ -45,39 +72,60 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
                         head,
                         first,
                         count,
-                        &mut weight,
-                        near,
+                        batch.lanes.as_mut_ptr().add(length - batch.begin),
+                        self.near,
                         length,
                     )
                 };
-                let partners = length..length + found;
-                length = partners.end;
-                let Some(density) = self.density else {
-                    continue;
-                };
-                for x in &mut weight[..whole::<P::Real>(found)] {
-                    let r2 = *x;
-                    *x = K::w::<_, D>(
-                        r2 * r2.at_least(P::Real::TINY).inverse_root::<W::Arithmetic>(),
-                    );
-                }
-                for (w, &place) in weight.iter().zip(&near.places[partners]) {
-                    let w = w.double();
-                    own += w;
-                    // SAFETY: blocks of one colour share no particle, and other != head.
-                    unsafe {
-                        let other = *block.slots.get_unchecked(place as usize);
-                        *density.slot(other) += w;
-                    }
-                }
+                first += count;
             }
             if length > before {
-                near.ends.push([head, length as u32]);
+                self.near.ends.push([head, length as u32]);
             }
-            if let Some(density) = self.density {
-                // SAFETY: as above.
-                unsafe { *density.slot(head) += own };
+        }
+        self.give::<W>(&mut batch, length);
+    }
+}
+
+impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
+    /// Gives the weights of a batch, which ends there among the places, to both ends of its pairs.
+    #[inline(always)]
+    fn give<W: Wide>(&mut self, batch: &mut Batch<P::Real>, end: usize) {
+        let mut begin = std::mem::replace(&mut batch.begin, end);
+        let Some(density) = self.density else {
+            return;
+        };
+        let lanes = &mut batch.lanes[..(end - begin).next_multiple_of(MOST)];
+        for x in &mut *lanes {
+            let r2 = *x;
+            *x = K::w::<_, D>(r2 * r2.at_least(P::Real::TINY).inverse_root::<W::Arithmetic>());
+        }
+        let mut lanes = &lanes[..];
+        for &[head, until] in &self.near.ends[batch.row..] {
+            let until = (until as usize).min(end);
+            let (weights, rest) = lanes.split_at(until - begin);
+            let places = &self.near.places[begin..until];
+            (lanes, begin) = (rest, until);
+            // SAFETY: blocks of one colour share no particle, and other != head.
+            let give = |w: P::Real, place: u16| unsafe {
+                let w = w.double();
+                *density.slot(*self.block.slots.get_unchecked(place as usize)) += w;
+                w
+            };
+            // Four sums, so that an addition need not wait for the one before.
+            let mut own = [0.0; 4];
+            let mut fours = weights.chunks_exact(4).zip(places.chunks_exact(4));
+            for (w, place) in &mut fours {
+                for n in 0..4 {
+                    own[n] += give(w[n], place[n]);
+                }
             }
+            let done = weights.len() - weights.len() % 4;
+            for (&w, &place) in weights[done..].iter().zip(&places[done..]) {
+                own[0] += give(w, place);
+            }
+            // SAFETY: as above.
+            unsafe { *density.slot(head) += (own[0] + own[1]) + (own[2] + own[3]) };
         }
     }
 }
@@ -118,7 +166,7 @@ fn sweep<K: Kernel, P: Precision, const D: usize>(
             cell,
             place,
             density,
-            kernel: std::marker::PhantomData,
+            kernel: PhantomData,
         });
     });
     list.near_is_known = true;

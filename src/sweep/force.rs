@@ -7,9 +7,9 @@ use std::marker::PhantomData;
 
 use super::density::know_near;
 use super::precision::{Copies, Precision};
-use super::rows::{Companion, MOST, Noise, Pairs, ROOM, whole};
+use super::rows::{Companion, Ends, Noise, Pairs, ROOM, particle_words, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
-use super::wide::{LANES, Vector};
+use super::wide::Vector;
 use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -35,7 +35,8 @@ struct Source<'a, R> {
     cell: &'a PeriodicBox,
     place: &'a [[R; 4]],
     motion: &'a [[R; 4]],
-    id: &'a [u64],
+    /// Words of the particles, where there is noise.
+    word: &'a [u64],
 }
 
 /// Fills the lanes from the list.
@@ -47,52 +48,36 @@ struct Gather<'a, P: Precision, const D: usize, const FRICTION: bool, const NOIS
     lanes: &'a mut Lanes<P>,
 }
 
-/// Relative velocities, pressures and ids.
-struct Motion<'a, V, R: Real, const D: usize, const FRICTION: bool, const NOISE: bool> {
+/// Relative velocities, pressures and words.
+struct Motion<'a, R: Real, const D: usize, const FRICTION: bool, const NOISE: bool> {
     source: &'a Source<'a, R>,
-    head: [V; 4],
-    id: u64,
     u: &'a mut [[R; ROOM]; 3],
     pressure: &'a mut [R; ROOM],
     noise: &'a mut Noise<3, R>,
 }
 
 impl<V, R, const D: usize, const FRICTION: bool, const NOISE: bool> Companion<V>
-    for Motion<'_, V, R, D, FRICTION, NOISE>
+    for Motion<'_, R, D, FRICTION, NOISE>
 where
     V: Vector<Number = R>,
     R: Real,
 {
     #[inline(always)]
-    fn begin(&mut self, head: u32) {
-        let [x, y, z, p] = self.source.motion[head as usize];
-        self.head = [V::splat(x), V::splat(y), V::splat(z), V::splat(p)];
-        if NOISE {
-            self.id = self.source.id[head as usize];
-        }
-    }
-
-    #[inline(always)]
-    unsafe fn take(&mut self, slots: &[u32; MOST], lane: usize) {
+    unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize) {
         // SAFETY: promised by the caller.
         unsafe {
-            let other = V::columns(self.source.motion.as_ptr(), slots.as_ptr());
+            let here: [V; 4] = ends.of_heads(self.source.motion);
+            let there: [V; 4] = ends.of_others(self.source.motion);
             if FRICTION {
                 for a in 0..D {
-                    let u = self.head[a].minus(other[a]);
+                    let u = here[a].minus(there[a]);
                     u.store(self.u[a].as_mut_ptr().add(lane));
                 }
             }
-            let pressure = self.head[3].plus(other[3]);
+            let pressure = here[3].plus(there[3]);
             pressure.store(self.pressure.as_mut_ptr().add(lane));
             if NOISE {
-                let id = |n: usize| *self.source.id.get_unchecked(slots[n] as usize);
-                let others = [id(0), id(1), id(2), id(3), id(4), id(5), id(6), id(7)];
-                self.noise.name(self.id, others, lane);
-                if V::LANES > LANES {
-                    let others = [id(8), id(9), id(10), id(11), id(12), id(13), id(14), id(15)];
-                    self.noise.name(self.id, others, lane + LANES);
-                }
+                self.noise.name::<V>(self.source.word, ends, lane);
             }
         }
     }
@@ -112,10 +97,8 @@ impl<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> Task
             noise,
             ..
         } = self.lanes;
-        let mut motion = Motion::<P::Vector<W>, P::Real, D, FRICTION, NOISE> {
+        let mut motion = Motion::<P::Real, D, FRICTION, NOISE> {
             source: self.source,
-            head: [P::Vector::<W>::splat(P::Real::ZERO); 4],
-            id: 0,
             u,
             pressure,
             noise,
@@ -144,15 +127,23 @@ struct Weights<R> {
 
 impl<P: Precision> Lanes<P> {
     #[inline(always)]
-    fn weights<K: Kernel, A: Arithmetic, const D: usize>(&self, k: usize) -> Weights<P::Real> {
+    fn weights<K: Kernel, A: Arithmetic, const D: usize, const NOISE: bool>(
+        &self,
+        k: usize,
+    ) -> Weights<P::Real> {
         let r2 = self.pairs.r2[k];
         let inverse_r = r2.at_least(P::Real::TINY).inverse_root::<A>();
         let (q, weight) = (r2 * inverse_r, self.pairs.weight[k]);
         let slope = K::f::<_, D>(q);
+        let root_g = K::root_f::<_, D>(q) * weight;
         Weights {
             slope,
-            root_g: K::root_f::<_, D>(q) * weight,
-            g: slope * (weight * weight),
+            root_g,
+            g: if NOISE {
+                root_g * root_g
+            } else {
+                slope * (weight * weight)
+            },
             inverse_r,
         }
     }
@@ -178,31 +169,27 @@ where
         let zero = P::Real::ZERO;
         let count = whole::<P::Real>(lanes.pairs.count);
         for k in 0..count {
-            let w = lanes.weights::<K, W::Arithmetic, D>(k);
+            let w = lanes.weights::<K, W::Arithmetic, D, NOISE>(k);
             let r = Lanes::<P>::vector(&lanes.pairs.r, k);
-            let mut f = [zero; 3];
-            if CONSERVATIVE {
-                let push = lanes.pressure[k] * w.slope;
-                f = r.map(|x| push * x);
-            }
-            if F::ON {
-                let (u, xi) = (
-                    Lanes::<P>::vector(&lanes.u, k),
-                    Lanes::<P>::vector(&lanes.noise.xi, k),
-                );
-                let pair = self.kick.force::<F, W::Arithmetic, P::Real>(
+            let push = if CONSERVATIVE {
+                lanes.pressure[k] * w.slope
+            } else {
+                zero
+            };
+            let f = if F::ON {
+                self.kick.force::<F, W::Arithmetic, P::Real>(
+                    push,
                     w.g,
                     w.root_g,
                     w.inverse_r,
                     r,
-                    u,
-                    xi,
+                    Lanes::<P>::vector(&lanes.u, k),
+                    Lanes::<P>::vector(&lanes.noise.xi, k),
                     NOISE,
-                );
-                for a in 0..D {
-                    f[a] += pair[a];
-                }
-            }
+                )
+            } else {
+                r.map(|x| push * x)
+            };
             for a in 0..D {
                 lanes.force[a][k] = f[a];
             }
@@ -254,9 +241,10 @@ where
     /// Forces once more, by part; those of all together are left as they are.
     #[inline(always)]
     fn split<A: Arithmetic>(lanes: &Lanes<P>, kick: &Kick, parts: &mut PartLanes) {
-        let none = [P::Real::ZERO; 3];
+        let zero = P::Real::ZERO;
+        let none = [zero; 3];
         for k in 0..lanes.pairs.count.min(super::CHUNK) {
-            let w = lanes.weights::<K, A, D>(k);
+            let w = lanes.weights::<K, A, D, NOISE>(k);
             let r = Lanes::<P>::vector(&lanes.pairs.r, k);
             if CONSERVATIVE {
                 let push = lanes.pressure[k] * w.slope;
@@ -266,15 +254,31 @@ where
             }
             if F::ON {
                 let u = Lanes::<P>::vector(&lanes.u, k);
-                let drag =
-                    kick.force::<F, A, P::Real>(w.g, w.root_g, w.inverse_r, r, u, none, false);
+                let drag = kick.force::<F, A, P::Real>(
+                    zero,
+                    w.g,
+                    w.root_g,
+                    w.inverse_r,
+                    r,
+                    u,
+                    none,
+                    false,
+                );
                 for a in 0..D {
                     parts.parts[1][a][k] = drag[a].double();
                 }
                 if NOISE {
                     let xi = Lanes::<P>::vector(&lanes.noise.xi, k);
-                    let noise =
-                        kick.force::<F, A, P::Real>(w.g, w.root_g, w.inverse_r, r, none, xi, true);
+                    let noise = kick.force::<F, A, P::Real>(
+                        zero,
+                        w.g,
+                        w.root_g,
+                        w.inverse_r,
+                        r,
+                        none,
+                        xi,
+                        true,
+                    );
                     for a in 0..D {
                         parts.parts[2][a][k] = noise[a].double();
                     }
@@ -315,7 +319,6 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
     block: &BlockList,
     force: &Shared<'_, [f64; 4]>,
     kick: &Kick,
-    key: &SweepKey,
     sums: Option<BlockSums<'_>>,
     number: u32,
 ) where
@@ -342,7 +345,7 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
             _ => gather::<P, D, false, false>(source, near, block, walk, lanes),
         }
         if V::ON {
-            lanes.noise.draw::<F, V, D>(key, lanes.pairs.count);
+            lanes.noise.draw_between::<F, V, D>(lanes.pairs.count);
             finish::<K, F, P, D, CONSERVATIVE, true>(lanes, kick, force, &mut virial);
         } else {
             finish::<K, F, P, D, CONSERVATIVE, false>(lanes, kick, force, &mut virial);
@@ -422,12 +425,16 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
         cell,
         place: P::places(position, cell, &mut copies.place),
         motion: P::motions(velocity, &mut copies.motion),
-        id,
+        word: if V::ON {
+            particle_words(&key, id, &mut copies.words)
+        } else {
+            &[]
+        },
     };
     for_each_block(grid, &list.blocks, false, &|number, block| {
         let near = &list.near[number as usize];
         sweep_block::<K, F, V, P, D, CONSERVATIVE>(
-            &source, near, block, &force, &kick, &key, sums, number,
+            &source, near, block, &force, &kick, sums, number,
         );
     });
 }

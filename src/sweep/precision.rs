@@ -7,13 +7,16 @@ use super::wide::{Turning, Vector, Wide};
 use crate::domain::PeriodicBox;
 use crate::real::{ROUNDER, Real};
 
-/// Copies of positions and velocities in single precision; empty where nobody wants them.
+/// What sweeps read of particles in another form; empty where nobody wants it.
 #[derive(Debug, Default, Clone)]
 pub struct Copies {
     /// Positions axis by axis, and room behind them: what the search for pairs reads.
     columns: [Vec<f32>; 3],
+    /// Positions and velocities in single precision.
     pub(crate) place: Vec<[f32; 4]>,
     pub(crate) motion: Vec<[f32; 4]>,
+    /// Words of the particles in a sweep that draws the noise of pairs from them.
+    pub(crate) words: Vec<u64>,
 }
 
 impl Copies {
@@ -33,7 +36,9 @@ impl Copies {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let columns = self.columns.iter().map(Vec::capacity).sum::<usize>();
-        4 * columns + 16 * (self.place.capacity() + self.motion.capacity())
+        4 * columns
+            + 8 * self.words.capacity()
+            + 16 * (self.place.capacity() + self.motion.capacity())
     }
 }
 

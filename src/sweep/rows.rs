@@ -4,6 +4,8 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::precision::{Double, Precision};
 use super::wide::{LANES, Vector};
 use super::{CHUNK, Shared, Task, Walk, Wide, run_wide};
@@ -165,8 +167,8 @@ impl<P: Precision, W: Wide> Separation<P, W> {
 /// how many they are.
 ///
 /// # Safety
-/// The partners are pairs of `block`, whose slots are those of `place`; at most [`CHUNK`] of them;
-/// `near` has room for as many places as the list of the block.
+/// The partners are pairs of `block`, whose slots are those of `place`; `r2` is good for as
+/// many numbers and a vector more; `near` has room for as many places as the list of the block.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
@@ -176,7 +178,7 @@ pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
     head: u32,
     first: usize,
     count: usize,
-    r2: &mut [P::Real; ROOM],
+    r2: *mut P::Real,
     near: &mut Rows,
     length: usize,
 ) -> usize {
@@ -190,7 +192,7 @@ pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
             let other = P::Vector::<W>::columns(place.as_ptr(), slots.as_ptr());
             let (_, square) = head_at.from::<D>(&other);
             let mut keep = square.below(support) & first_lanes::<P::Vector<W>>(count - k);
-            square.store_kept(keep, r2.as_mut_ptr().add(found));
+            square.store_kept(keep, r2.add(found));
             let mut from = block.neighbours.as_ptr().add(first + k);
             for _ in (0..P::Vector::<W>::LANES).step_by(LANES) {
                 let places = from.cast::<[u16; LANES]>().read_unaligned();
@@ -206,15 +208,49 @@ pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
     found
 }
 
-/// What a sweep wants to know of pairs beside their geometry.
-pub(super) trait Companion<V: Vector> {
-    /// A row begins.
-    fn begin(&mut self, head: u32);
-    /// As many partners as a vector has lanes; theirs begin at `lane`.
+/// Slots of both ends of as many pairs as a vector has lanes.
+pub(super) struct Ends<'a> {
+    heads: &'a [u32; MOST],
+    /// Have all of them the same head?
+    one: bool,
+    /// Slots of the partners.
+    pub others: [u32; MOST],
+}
+
+impl Ends<'_> {
+    /// The columns of the heads' records.
     ///
     /// # Safety
-    /// They are slots of particles, and there are as many lanes.
-    unsafe fn take(&mut self, slots: &[u32; MOST], lane: usize);
+    /// `base` has a record for every slot.
+    #[inline(always)]
+    pub(super) unsafe fn of_heads<V: Vector>(&self, base: &[[V::Number; 4]]) -> [V; 4] {
+        if self.one {
+            // SAFETY: promised by the caller.
+            four(unsafe { base.get_unchecked(self.heads[0] as usize) })
+        } else {
+            // SAFETY: as above.
+            unsafe { V::columns(base.as_ptr(), self.heads.as_ptr()) }
+        }
+    }
+
+    /// Those of the partners' records.
+    ///
+    /// # Safety
+    /// `base` has a record for every slot.
+    #[inline(always)]
+    pub(super) unsafe fn of_others<V: Vector>(&self, base: &[[V::Number; 4]]) -> [V; 4] {
+        // SAFETY: promised by the caller.
+        unsafe { V::columns(base.as_ptr(), self.others.as_ptr()) }
+    }
+}
+
+/// What a sweep wants to know of pairs beside their geometry.
+pub(super) trait Companion<V: Vector> {
+    /// As many pairs as a vector has lanes; theirs begin at `lane`.
+    ///
+    /// # Safety
+    /// The ends are slots of particles, and there are as many lanes.
+    unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize);
 }
 
 /// The geometry of the pairs of a chunk.
@@ -225,7 +261,8 @@ pub(super) struct Pairs<P: Precision = Double> {
     /// Heads, each with the lane where its row ends.
     rows: [[u32; 2]; CHUNK],
     row_count: usize,
-    /// Slots of the partners.
+    /// Slots of heads and partners, lane by lane.
+    heads: [u32; ROOM],
     other: [u32; ROOM],
     pub r: [[P::Real; ROOM]; 3],
     pub r2: [P::Real; ROOM],
@@ -239,6 +276,7 @@ impl<P: Precision> Pairs<P> {
             count: 0,
             rows: [[0; 2]; CHUNK],
             row_count: 0,
+            heads: [0; ROOM],
             other: [0; ROOM],
             r: [[P::Real::ZERO; ROOM]; 3],
             r2: [P::Real::ZERO; ROOM],
@@ -258,52 +296,45 @@ impl<P: Precision> Pairs<P> {
     ) {
         (self.row_count, self.count) = (0, 0);
         let stop = walk.stop(&near.ends, CHUNK);
+        let mut end = stop as usize;
         while let Some((head, pairs)) = walk.next_row(&near.ends, stop) {
             let lane = self.count;
+            end = pairs.end;
             self.count += pairs.len();
             self.rows[self.row_count] = [head, self.count as u32];
             self.row_count += 1;
-            // SAFETY: a row of this block; CHUNK lanes and a vector more.
-            unsafe {
-                self.row::<W, D>((near, slots), cell, place, head, lane, pairs, companion);
+            // A vector at a time, the lanes behind the last row included.
+            for k in (lane..self.count).step_by(MOST) {
+                self.heads[k..k + MOST].fill(head);
             }
         }
-    }
-
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments)]
-    unsafe fn row<W: Wide, const D: usize>(
-        &mut self,
-        (near, slots): (&Rows, &[u32]),
-        cell: &PeriodicBox,
-        place: &[[P::Real; 4]],
-        head: u32,
-        mut lane: usize,
-        pairs: Range<usize>,
-        companion: &mut impl Companion<P::Vector<W>>,
-    ) {
-        let head_at = Separation::<P, W>::new(&place[head as usize], cell);
-        companion.begin(head);
-        for k in pairs.step_by(P::Vector::<W>::LANES) {
-            // SAFETY: slots of particles; free lanes for all partners and a vector more.
+        let wrap = Wrap::<P, W>::new(cell);
+        let first = end - self.count;
+        // Vectors take no notice of where rows end: most have one head, the others gather theirs.
+        for lane in (0..self.count).step_by(P::Vector::<W>::LANES) {
+            // SAFETY: slots of particles; lanes for all pairs and a vector more.
             unsafe {
-                let slots = partners::<P::Vector<W>>(&near.places, slots, k);
-                let other = P::Vector::<W>::columns(place.as_ptr(), slots.as_ptr());
-                let (r, r2) = head_at.from::<D>(&other);
+                let heads = &*self.heads.as_ptr().add(lane).cast::<[u32; MOST]>();
+                let ends = Ends {
+                    heads,
+                    one: heads[0] == heads[P::Vector::<W>::LANES - 1],
+                    others: partners::<P::Vector<W>>(&near.places, slots, first + lane),
+                };
+                let (here, there) = (ends.of_heads(place), ends.of_others(place));
+                let (r, r2) = wrap.between::<D>(&here, &there);
                 for a in 0..D {
                     r[a].store(self.r[a].as_mut_ptr().add(lane));
                 }
                 r2.store(self.r2.as_mut_ptr().add(lane));
-                let weight = head_at.head[3].times(other[3]);
+                let weight = P::Vector::<W>::times(here[3], there[3]);
                 weight.store(self.weight.as_mut_ptr().add(lane));
                 let to = self.other.as_mut_ptr().add(lane);
                 for n in 0..P::Vector::<W>::LANES {
                     // One by one: the slots are in as many registers.
-                    std::ptr::write_volatile(to.add(n), slots[n]);
+                    std::ptr::write_volatile(to.add(n), ends.others[n]);
                 }
-                companion.take(&slots, lane);
+                companion.take(&ends, lane);
             }
-            lane += P::Vector::<W>::LANES;
         }
     }
 
@@ -404,11 +435,30 @@ impl<const N: usize, R: Real> Noise<N, R> {
         }
     }
 
-    /// Takes the ids of eight pairs.
+    /// Takes the names of as many pairs as a vector has lanes.
+    ///
+    /// # Safety
+    /// `of` has one for every slot, and there are as many lanes from `lane` on.
     #[inline(always)]
-    pub(super) fn name(&mut self, head: u64, others: [u64; LANES], lane: usize) {
-        self.names[0][lane..lane + LANES].fill(head);
-        self.names[1][lane..lane + LANES].copy_from_slice(&others);
+    pub(super) unsafe fn name<V: Vector>(&mut self, of: &[u64], ends: &Ends<'_>, lane: usize) {
+        // SAFETY: promised by the caller. Written one by one: a register would be put together by
+        // as many shuffles.
+        unsafe {
+            let to = [0, 1].map(|n: usize| self.names[n].as_mut_ptr().add(lane));
+            if ends.one {
+                let head = *of.get_unchecked(ends.heads[0] as usize);
+                std::slice::from_raw_parts_mut(to[0], V::LANES).fill(head);
+            } else {
+                for n in 0..V::LANES {
+                    let head = *of.get_unchecked(ends.heads[n] as usize);
+                    std::ptr::write_volatile(to[0].add(n), head);
+                }
+            }
+            for n in 0..V::LANES {
+                let other = *of.get_unchecked(ends.others[n] as usize);
+                std::ptr::write_volatile(to[1].add(n), other);
+            }
+        }
     }
 
     /// Takes the ids of pairs of slots.
@@ -511,6 +561,82 @@ impl<R: Real> Noise<3, R> {
             });
         }
     }
+}
+
+/// Draws the noise of forces, where the names are the words of the particles.
+struct DrawBetween<'a, V, R: Real, const COUNT: usize, const SIGNED: bool> {
+    noise: &'a mut Noise<3, R>,
+    count: usize,
+    form: PhantomData<V>,
+}
+
+impl<V: Variate, R: Real, const COUNT: usize, const SIGNED: bool> Task
+    for DrawBetween<'_, V, R, COUNT, SIGNED>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let count = whole::<R>(self.count);
+        let Noise { names, xi, .. } = self.noise;
+        V::between::<W::Arithmetic, R, ROOM, COUNT, SIGNED>(names, count, xi);
+    }
+}
+
+impl<R: Real> Noise<3, R> {
+    /// The same as `draw` where the names are the words of the particles ([`particle_words`]); the
+    /// order of these words is that of the signs.
+    pub(super) fn draw_between<F: FrictionForm, V: Variate, const D: usize>(
+        &mut self,
+        count: usize,
+    ) {
+        let (noise, form) = (self, PhantomData::<V>);
+        if F::CENTRAL {
+            run_wide(DrawBetween::<V, R, 1, false> { noise, count, form });
+        } else {
+            run_wide(DrawBetween::<V, R, D, true> { noise, count, form });
+        }
+    }
+}
+
+struct ParticleWords<'a> {
+    key: &'a SweepKey,
+    ids: &'a [u64],
+    words: &'a mut [u64],
+}
+
+impl Task for ParticleWords<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let mut names = [[0; CHUNK]; 2];
+        let mut drawn = [[0; CHUNK]; 4];
+        for (ids, words) in self.ids.chunks(CHUNK).zip(self.words.chunks_mut(CHUNK)) {
+            for (lane, &id) in ids.iter().enumerate() {
+                [names[0][lane], names[1][lane]] = pair_counter(id, id);
+            }
+            let count = ids.len().next_multiple_of(LANES);
+            W::philox(&names, self.key.tail, self.key.key, &mut drawn, count);
+            for (lane, word) in words.iter_mut().enumerate() {
+                *word = u64::from(drawn[0][lane]) | u64::from(drawn[1][lane]) << 32;
+            }
+        }
+    }
+}
+
+/// The word of each particle in a sweep ([`SweepKey::particle_word`]).
+pub(super) fn particle_words<'a>(
+    key: &SweepKey,
+    ids: &[u64],
+    words: &'a mut Vec<u64>,
+) -> &'a [u64] {
+    words.resize(ids.len(), 0);
+    let parts = words
+        .par_chunks_mut(16 * CHUNK)
+        .zip(ids.par_chunks(16 * CHUNK));
+    parts.for_each(|(words, ids)| run_wide(ParticleWords { key, ids, words }));
+    words
 }
 
 impl Noise<4> {

@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 use super::density::know_near;
 use super::heat_tally::{Flow, HeatMoment, HeatSums, HeatTally};
 use super::precision::Double;
-use super::rows::{Companion, MOST, Pairs, ROOM, whole};
+use super::rows::{Companion, Ends, Pairs, ROOM, whole};
 use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -29,26 +29,20 @@ struct WorkTask<'a, K, const D: usize> {
 }
 
 /// Relative mean velocities.
-struct Approach<'a, W> {
+struct Approach<'a> {
     mean: &'a [[f64; 4]],
-    head: [W; 4],
     u: &'a mut [[f64; ROOM]; 3],
 }
 
-impl<W: Wide> Companion<W> for Approach<'_, W> {
+impl<W: Wide> Companion<W> for Approach<'_> {
     #[inline(always)]
-    fn begin(&mut self, head: u32) {
-        let [x, y, z, _] = self.mean[head as usize];
-        self.head = [W::splat(x), W::splat(y), W::splat(z), W::splat(0.0)];
-    }
-
-    #[inline(always)]
-    unsafe fn take(&mut self, slots: &[u32; MOST], lane: usize) {
+    unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize) {
         // SAFETY: promised by the caller.
         unsafe {
-            let other = W::columns(self.mean.as_ptr(), slots.as_ptr());
+            let here: [W; 4] = ends.of_heads(self.mean);
+            let there: [W; 4] = ends.of_others(self.mean);
             for a in 0..3 {
-                let u = self.head[a].minus(other[a]);
+                let u = here[a].minus(there[a]);
                 u.store(self.u[a].as_mut_ptr().add(lane));
             }
         }
@@ -87,9 +81,8 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
         let mut handed = HeatMoment::default();
         let near = (self.near, &self.block.slots[..]);
         while !walk.at_end(&self.near.ends) {
-            let mut companion = Approach::<W> {
+            let mut companion = Approach {
                 mean: self.mean,
-                head: [W::splat(0.0); 4],
                 u: &mut u,
             };
             pairs.fill::<W, D>(near, self.cell, self.position, &mut walk, &mut companion);
