@@ -203,8 +203,8 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
         let mut begin = 0;
         for &[head, end] in &block.rows {
             let i = position[head as usize];
-            for &place in &block.neighbours[begin..end as usize] {
-                let j = position[block.slots[place as usize] as usize];
+            for &other in &block.neighbours[begin..end as usize] {
+                let j = position[other as usize];
                 let r = engine
                     .cell
                     .nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);

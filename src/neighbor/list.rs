@@ -1,7 +1,7 @@
 //! Half lists of pairs, one per base block. A base block b owns the pairs between its block and the
 //! blocks at {0,1}^D from it whose smaller coordinate is b's on every axis: every pair of
 //! neighbouring particles belongs to exactly one base block. These 2^D blocks are its *region*;
-//! partners are stored as 16-bit places in it, which halves the memory of the list.
+//! shuffled pairs are stored as two 16-bit places in it, which halves their memory.
 
 use rayon::prelude::*;
 
@@ -25,10 +25,10 @@ pub const ROUNDS: usize = 8;
 /// Rows of pairs that stay together, as [`BlockList::rows`] and [`BlockList::neighbours`].
 #[derive(Debug, Default, Clone)]
 pub struct Rows {
-    /// (slot of the row's head, end of the row in `places`).
+    /// (slot of the row's head, end of the row in `slots`).
     pub ends: Vec<[u32; 2]>,
-    /// Partners, as places in the region, and some more behind the last.
-    pub places: Vec<u16>,
+    /// Slots of partners, and some more behind the last.
+    pub slots: Vec<u32>,
 }
 
 impl Rows {
@@ -38,16 +38,16 @@ impl Rows {
         self.ends.last().map_or(0, |&[_, end]| end as usize)
     }
 
-    /// Room for so many rows and places, and none in use.
-    fn fit(&mut self, rows: usize, places: usize) {
+    /// Room for so many rows and slots, and none in use.
+    fn fit(&mut self, rows: usize, slots: usize) {
         self.ends.clear();
         self.ends.reserve_exact(rows);
-        if self.places.capacity() < places {
-            self.places
-                .reserve_exact(places - self.places.len() + places / 16);
+        if self.slots.capacity() < slots {
+            self.slots
+                .reserve_exact(slots - self.slots.len() + slots / 16);
         }
-        self.places.clear();
-        self.places.resize(places, 0);
+        self.slots.clear();
+        self.slots.resize(slots, 0);
     }
 }
 
@@ -56,9 +56,9 @@ impl Rows {
 pub struct BlockList {
     /// (slot of the row's head, end of the row in `neighbours`).
     pub rows: Vec<[u32; 2]>,
-    /// Partners, row after row, as places in the region; and some more places behind the last, so that
-    /// a row can be read a vector at a time.
-    pub neighbours: Vec<u16>,
+    /// Slots of partners, row after row, and some more behind the last, so that a row can be read a
+    /// vector at a time.
+    pub neighbours: Vec<u32>,
     /// The same pairs in shuffled order, as places in the region; only if asked for.
     pub shuffled: Vec<[u16; 2]>,
     /// Where each round begins in `shuffled`, and where the last one ends.
@@ -78,12 +78,22 @@ struct Part {
     place: u32,
 }
 
-/// Slots that may hold partners; `shift` (wrapping) takes a slot to its place.
+impl Part {
+    fn holds(&self, slot: u32) -> bool {
+        (self.start..self.end).contains(&slot)
+    }
+
+    /// Place of one of its slots.
+    fn place_of(&self, slot: u32) -> u16 {
+        (slot - self.start + self.place) as u16
+    }
+}
+
+/// Slots that may hold partners.
 #[derive(Debug, Clone, Copy)]
 struct Run {
     start: u32,
     end: u32,
-    shift: u32,
 }
 
 /// All pairs closer than the support plus the skin.
@@ -169,11 +179,11 @@ impl PairList {
     pub fn bytes(&self) -> usize {
         let block_bytes = |b: &BlockList| {
             8 * b.rows.capacity()
-                + 12 * b.runs.capacity()
-                + 2 * b.neighbours.capacity()
+                + 8 * b.runs.capacity()
+                + 4 * b.neighbours.capacity()
                 + 4 * (b.shuffled.capacity() + b.slots.capacity() + b.counts.capacity())
         };
-        let near_bytes = |near: &Rows| 8 * near.ends.capacity() + 2 * near.places.capacity();
+        let near_bytes = |near: &Rows| 8 * near.ends.capacity() + 4 * near.slots.capacity();
         self.blocks.iter().map(block_bytes).sum::<usize>()
             + self.near.iter().map(near_bytes).sum::<usize>()
             + 24 * self.reference.capacity()
@@ -276,24 +286,28 @@ impl BlockList {
         let [xs, ys, zs] = [0, 1, 2].map(|axis| Span::new(grid, axis, here[axis]));
         // A partner's block and the head's must not both lie on the far side of any axis.
         let allowed = |axis: usize, cell: usize| {
-            side(grid, at, axis, cell).filter(|bit| corner >> axis & bit == 0)
+            side(grid, at, axis, cell).is_some_and(|bit| corner >> axis & bit == 0)
         };
         for z in zs.cells() {
-            let Some(bit_z) = allowed(2, z) else { continue };
+            if !allowed(2, z) {
+                continue;
+            }
             for y in ys.cells() {
-                let Some(bit_y) = allowed(1, y) else { continue };
+                if !allowed(1, y) {
+                    continue;
+                }
                 for x in xs.cells() {
-                    let Some(bit_x) = allowed(0, x) else { continue };
+                    if !allowed(0, x) {
+                        continue;
+                    }
                     let index = grid.cell_index([x, y, z]);
                     let (start, end) = (grid.cell_start[index], grid.cell_start[index + 1]);
                     if end <= first || start == end {
                         continue;
                     }
-                    let part = self.region[bit_x | bit_y << 1 | bit_z << 2];
-                    let shift = part.place.wrapping_sub(part.start);
                     match self.runs.last_mut() {
-                        Some(run) if run.end == start && run.shift == shift => run.end = end,
-                        _ => self.runs.push(Run { start, end, shift }),
+                        Some(run) if run.end == start => run.end = end,
+                        _ => self.runs.push(Run { start, end }),
                     }
                 }
             }
@@ -346,14 +360,13 @@ impl BlockList {
                         near,
                     ];
                     let keep = head_at.from::<D>(&other).1.below(near) & there;
-                    let first = slot.wrapping_add(run.shift) as u16;
                     let to = self.neighbours.as_mut_ptr().add(length);
                     let (low, high) = (keep as u8, (keep >> LANES) as u8);
-                    let kept = kept_of_range(first, low);
-                    to.cast::<[u16; LANES]>().write_unaligned(kept);
+                    let kept = kept_of_range(slot, low);
+                    to.cast::<[u32; LANES]>().write_unaligned(kept);
                     let to = to.add(low.count_ones() as usize);
-                    let kept = kept_of_range(first.wrapping_add(LANES as u16), high);
-                    to.cast::<[u16; LANES]>().write_unaligned(kept);
+                    let kept = kept_of_range(slot + LANES as u32, high);
+                    to.cast::<[u32; LANES]>().write_unaligned(kept);
                     length += keep.count_ones() as usize;
                 }
             }
@@ -363,11 +376,10 @@ impl BlockList {
         }
     }
 
-    /// Place of a slot of the region.
-    fn place(&self, slot: u32) -> u16 {
-        let holds = |part: &&Part| (part.start..part.end).contains(&slot);
-        let part = self.region.iter().find(holds);
-        part.map_or(0, |part| (slot - part.start + part.place) as u16)
+    /// The part of the region that holds one of its slots.
+    fn part(&self, slot: u32) -> Part {
+        let part = self.region.iter().find(|part| part.holds(slot));
+        part.copied().unwrap_or_default()
     }
 
     /// Brings the pairs into an order that depends on ids only, block by block: counting sort by a
@@ -386,7 +398,7 @@ impl BlockList {
         for &[head, end] in &self.rows {
             let own = hash(head);
             for &other in &self.neighbours[begin..end as usize] {
-                self.counts[bucket(own, hash(self.slots[other as usize])) + 1] += 1;
+                self.counts[bucket(own, hash(other)) + 1] += 1;
             }
             begin = end as usize;
         }
@@ -400,13 +412,16 @@ impl BlockList {
             self.shuffled.reserve_exact(self.pairs() * 17 / 16);
         }
         self.shuffled.resize(self.pairs(), [0; 2]);
-        let mut begin = 0;
+        let (mut begin, mut part) = (0, Part::default());
         for row in 0..self.rows.len() {
             let [head, end] = self.rows[row];
-            let (own, head_place) = (hash(head), self.place(head));
+            let (own, head_place) = (hash(head), self.part(head).place_of(head));
             for &other in &self.neighbours[begin..end as usize] {
-                let next = &mut self.counts[bucket(own, hash(self.slots[other as usize]))];
-                self.shuffled[*next as usize] = [head_place, other];
+                if !part.holds(other) {
+                    part = self.part(other);
+                }
+                let next = &mut self.counts[bucket(own, hash(other))];
+                self.shuffled[*next as usize] = [head_place, part.place_of(other)];
                 *next += 1;
             }
             begin = end as usize;
@@ -504,16 +519,19 @@ mod tests {
         for block in &list.blocks {
             let mut begin = 0;
             for &[head, end] in &block.rows {
-                for &place in &block.neighbours[begin..end as usize] {
-                    let other = block.slots[place as usize];
+                for &other in &block.neighbours[begin..end as usize] {
                     assert!(found.insert([head.min(other), head.max(other)]));
                 }
                 begin = end as usize;
             }
             assert_eq!(block.neighbours.len(), begin + MOST);
-            for &place in &block.neighbours {
-                assert!(block.slots.is_empty() || (place as usize) < block.slots.len());
+            assert!(block.neighbours.iter().all(|&slot| (slot as usize) < n));
+            let mut pairs = BTreeSet::new();
+            for pair in &block.shuffled {
+                let [i, j] = pair.map(|place| block.slots[place as usize]);
+                assert!(found.contains(&[i.min(j), i.max(j)]) && pairs.insert([i, j]));
             }
+            assert_eq!(pairs.len(), block.pairs());
         }
         assert_eq!(found.len(), list.len());
         for i in 0..n {

@@ -445,8 +445,8 @@ impl Core {
             for block in order() {
                 let mut begin = 0;
                 for &[head, end] in &block.rows {
-                    for &place in &block.neighbours[begin..end as usize] {
-                        pairs.extend([row(head), row(block.slots[place as usize])]);
+                    for &other in &block.neighbours[begin..end as usize] {
+                        pairs.extend([row(head), row(other)]);
                     }
                     begin = end as usize;
                 }

@@ -89,20 +89,24 @@ impl Variate for Gaussian {
         let count = count.min(N);
         let mut words = [[0_u32; N]; 4];
         for lane in 0..count {
-            for turn in 0..COUNT.div_ceil(2) {
-                let bits = blend(head[lane], other[lane], turn as u64);
-                words[2 * turn][lane] = bits as u32;
-                words[2 * turn + 1][lane] = (bits >> 32) as u32;
+            let bits = blend(head[lane], other[lane], 0);
+            words[0][lane] = bits as u32;
+            words[1][lane] = (bits >> 32) as u32;
+            if COUNT > 2 {
+                let bits = blend(head[lane], other[lane], 1);
+                words[2][lane] = bits as u32;
+                words[3][lane] = (bits >> 32) as u32;
             }
         }
         // Single precision is good enough, and twice as many lanes.
         let mut narrow = [[0.0_f32; N]; 3];
         for lane in 0..count {
-            let four = [0, 1, 2, 3].map(|n: usize| u64::from(words[n][lane]));
-            let drawn = Self::draw::<A, f32>(four, 1.0, COUNT);
-            for n in 0..COUNT {
-                narrow[n][lane] = drawn[n];
-            }
+            let [a, b, c, d] = &words;
+            let four = [a[lane], b[lane], c[lane], d[lane]].map(u64::from);
+            let [x, y, z] = Self::draw::<A, f32>(four, 1.0, COUNT);
+            narrow[0][lane] = x;
+            narrow[1][lane] = y;
+            narrow[2][lane] = z;
         }
         for lane in 0..count {
             let sign = sign::<R, SIGNED>(head[lane], other[lane]);

@@ -21,7 +21,7 @@ const BATCH: usize = 1024;
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Batch<R> {
     lanes: [R; BATCH + MOST],
-    /// Their first row among the near ones, and where they begin among the places.
+    /// Their first row among the near ones, and where they begin among the slots.
     row: usize,
     begin: usize,
 }
@@ -88,7 +88,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
 }
 
 impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
-    /// Gives the weights of a batch, which ends there among the places, to both ends of its pairs.
+    /// Gives the weights of a batch, which ends there among the slots, to both ends of its pairs.
     #[inline(always)]
     fn give<W: Wide>(&mut self, batch: &mut Batch<P::Real>, end: usize) {
         let mut begin = std::mem::replace(&mut batch.begin, end);
@@ -104,25 +104,25 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
         for &[head, until] in &self.near.ends[batch.row..] {
             let until = (until as usize).min(end);
             let (weights, rest) = lanes.split_at(until - begin);
-            let places = &self.near.places[begin..until];
+            let slots = &self.near.slots[begin..until];
             (lanes, begin) = (rest, until);
             // SAFETY: blocks of one colour share no particle, and other != head.
-            let give = |w: P::Real, place: u16| unsafe {
+            let give = |w: P::Real, slot: u32| unsafe {
                 let w = w.double();
-                *density.slot(*self.block.slots.get_unchecked(place as usize)) += w;
+                *density.slot(slot) += w;
                 w
             };
             // Four sums, so that an addition need not wait for the one before.
             let mut own = [0.0; 4];
-            let mut fours = weights.chunks_exact(4).zip(places.chunks_exact(4));
-            for (w, place) in &mut fours {
+            let mut fours = weights.chunks_exact(4).zip(slots.chunks_exact(4));
+            for (w, slot) in &mut fours {
                 for n in 0..4 {
-                    own[n] += give(w[n], place[n]);
+                    own[n] += give(w[n], slot[n]);
                 }
             }
             let done = weights.len() - weights.len() % 4;
-            for (&w, &place) in weights[done..].iter().zip(&places[done..]) {
-                own[0] += give(w, place);
+            for (&w, &slot) in weights[done..].iter().zip(&slots[done..]) {
+                own[0] += give(w, slot);
             }
             // SAFETY: as above.
             unsafe { *density.slot(head) += (own[0] + own[1]) + (own[2] + own[3]) };

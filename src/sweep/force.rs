@@ -13,7 +13,7 @@ use super::wide::Vector;
 use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{BlockList, Grid, PairList, Rows};
+use crate::neighbor::{Grid, PairList, Rows};
 use crate::physics::{FrictionForm, Kick};
 use crate::random::{SweepKey, Variate};
 use crate::real::{Arithmetic, Real};
@@ -43,7 +43,6 @@ struct Source<'a, R> {
 struct Gather<'a, P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> {
     source: &'a Source<'a, P::Real>,
     near: &'a Rows,
-    block: &'a BlockList,
     walk: &'a mut Walk,
     lanes: &'a mut Lanes<P>,
 }
@@ -104,8 +103,7 @@ impl<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> Task
             noise,
         };
         let Source { cell, place, .. } = self.source;
-        let near = (self.near, &self.block.slots[..]);
-        pairs.fill::<W, D>(near, cell, place, self.walk, &mut motion);
+        pairs.fill::<W, D>(self.near, cell, place, self.walk, &mut motion);
     }
 }
 
@@ -210,6 +208,7 @@ where
 /// Gives the forces to the particles.
 struct Scatter<'a, P: Precision> {
     lanes: &'a Lanes<P>,
+    near: &'a Rows,
     force: &'a Shared<'a, [f64; 4]>,
 }
 
@@ -219,7 +218,11 @@ impl<P: Precision> Task for Scatter<'_, P> {
     #[inline(always)]
     fn run<W: Wide>(self) {
         // SAFETY: blocks of one colour share no particle.
-        unsafe { self.lanes.pairs.scatter(&self.lanes.records, self.force) }
+        unsafe {
+            self.lanes
+                .pairs
+                .scatter(self.near, &self.lanes.records, self.force)
+        }
     }
 }
 
@@ -316,7 +319,6 @@ where
 fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
     source: &Source<'_, P::Real>,
     near: &Rows,
-    block: &BlockList,
     force: &Shared<'_, [f64; 4]>,
     kick: &Kick,
     sums: Option<BlockSums<'_>>,
@@ -340,15 +342,15 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
     let mut virial = sums.map(Virial::new);
     while !walk.at_end(&near.ends) {
         match (F::ON, V::ON) {
-            (true, true) => gather::<P, D, true, true>(source, near, block, walk, lanes),
-            (true, false) => gather::<P, D, true, false>(source, near, block, walk, lanes),
-            _ => gather::<P, D, false, false>(source, near, block, walk, lanes),
+            (true, true) => gather::<P, D, true, true>(source, near, walk, lanes),
+            (true, false) => gather::<P, D, true, false>(source, near, walk, lanes),
+            _ => gather::<P, D, false, false>(source, near, walk, lanes),
         }
         if V::ON {
             lanes.noise.draw_between::<F, V, D>(lanes.pairs.count);
-            finish::<K, F, P, D, CONSERVATIVE, true>(lanes, kick, force, &mut virial);
+            finish::<K, F, P, D, CONSERVATIVE, true>(lanes, near, kick, force, &mut virial);
         } else {
-            finish::<K, F, P, D, CONSERVATIVE, false>(lanes, kick, force, &mut virial);
+            finish::<K, F, P, D, CONSERVATIVE, false>(lanes, near, kick, force, &mut virial);
         }
     }
     if let (Some(sums), Some(virial)) = (sums, virial) {
@@ -360,14 +362,12 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
 fn gather<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool>(
     source: &Source<'_, P::Real>,
     near: &Rows,
-    block: &BlockList,
     walk: &mut Walk,
     lanes: &mut Lanes<P>,
 ) {
     run_wide(Gather::<P, D, FRICTION, NOISE> {
         source,
         near,
-        block,
         walk,
         lanes,
     });
@@ -376,6 +376,7 @@ fn gather<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool>
 /// From filled lanes to the forces of particles. How noise was drawn is no matter here.
 fn finish<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>(
     lanes: &mut Lanes<P>,
+    near: &Rows,
     kick: &Kick,
     force: &Shared<'_, [f64; 4]>,
     virial: &mut Option<Virial>,
@@ -389,7 +390,7 @@ fn finish<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>(
         kick,
         form: PhantomData,
     });
-    run_wide(Scatter { lanes, force });
+    run_wide(Scatter { lanes, near, force });
     if let Some(virial) = virial {
         run_wide(Sum::<K, F, P, D, CONSERVATIVE, NOISE> {
             lanes,
@@ -431,11 +432,9 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
             &[]
         },
     };
-    for_each_block(grid, &list.blocks, false, &|number, block| {
+    for_each_block(grid, &list.blocks, false, &|number, _| {
         let near = &list.near[number as usize];
-        sweep_block::<K, F, V, P, D, CONSERVATIVE>(
-            &source, near, block, &force, &kick, sums, number,
-        );
+        sweep_block::<K, F, V, P, D, CONSERVATIVE>(&source, near, &force, &kick, sums, number);
     });
 }
 

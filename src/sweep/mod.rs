@@ -136,14 +136,14 @@ impl Walk {
         Some((head, pairs))
     }
 
-    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, partners)`, the
-    /// partners as places in the block's region. Returns the number of pairs.
+    /// Visits the next at most `count` pairs, row by row: `visit(head, first lane, partners)`. Returns
+    /// the number of pairs.
     #[inline(always)]
     pub(crate) fn next_pairs(
         &mut self,
         block: &BlockList,
         count: usize,
-        mut visit: impl FnMut(u32, usize, &[u16]),
+        mut visit: impl FnMut(u32, usize, &[u32]),
     ) -> usize {
         let begin = self.pair;
         let stop = self.stop(&block.rows, count);
@@ -160,7 +160,7 @@ impl Walk {
     pub(crate) fn fill(
         &mut self,
         block: &BlockList,
-        mut row: impl FnMut(usize, u32, &[u16]) -> usize,
+        mut row: impl FnMut(usize, u32, &[u32]) -> usize,
     ) -> usize {
         let mut count = 0;
         // Stop before the free lanes become too few to be worth a pass.

@@ -28,53 +28,6 @@ pub(super) fn whole<R: Real>(count: usize) -> usize {
     count.next_multiple_of(lanes).min(ROOM)
 }
 
-/// Slots of eight partners, from the `first` in a list on. Behind the end of a row they are those of
-/// the next one, or stand for none.
-///
-/// # Safety
-/// The list has eight places from `first` on, all of which lead to slots.
-#[inline(always)]
-unsafe fn eight(places: &[u16], slots: &[u32], first: usize) -> [u32; LANES] {
-    // SAFETY: promised by the caller. The volatile reads keep the compiler from gathering the slots,
-    // whose elements it would then have to take out one by one.
-    unsafe {
-        let places = places.as_ptr().add(first);
-        let slot =
-            |lane: usize| *slots.get_unchecked(std::ptr::read_volatile(places.add(lane)) as usize);
-        [
-            slot(0),
-            slot(1),
-            slot(2),
-            slot(3),
-            slot(4),
-            slot(5),
-            slot(6),
-            slot(7),
-        ]
-    }
-}
-
-/// Slots of as many partners as a vector has lanes.
-///
-/// # Safety
-/// The list has as many places from `first` on, all of which lead to slots.
-#[inline(always)]
-unsafe fn partners<V: Vector>(places: &[u16], slots: &[u32], first: usize) -> [u32; MOST] {
-    // SAFETY: promised by the caller.
-    unsafe {
-        let a = eight(places, slots, first);
-        let b = if V::LANES > LANES {
-            eight(places, slots, first + LANES)
-        } else {
-            [0; LANES]
-        };
-        [
-            a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], b[0], b[1], b[2], b[3], b[4], b[5],
-            b[6], b[7],
-        ]
-    }
-}
-
 /// The bits of the first `count` lanes of a vector.
 #[inline(always)]
 pub(crate) fn first_lanes<V: Vector>(count: usize) -> u32 {
@@ -163,12 +116,12 @@ impl<P: Precision, W: Wide> Separation<P, W> {
 }
 
 /// Finds which of `count` partners of a head, from the `first` of the list on, are within the support:
-/// their square distances go to the front of `r2`, their places into `near` from `length` on. Returns
+/// their square distances go to the front of `r2`, their slots into `near` from `length` on. Returns
 /// how many they are.
 ///
 /// # Safety
 /// The partners are pairs of `block`, whose slots are those of `place`; `r2` is good for as
-/// many numbers and a vector more; `near` has room for as many places as the list of the block.
+/// many numbers and a vector more; `near` has room for as many slots as the list of the block.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
@@ -188,17 +141,15 @@ pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
     for k in (0..count).step_by(P::Vector::<W>::LANES) {
         // SAFETY: slots of particles; a list has room for a vector more than its pairs.
         unsafe {
-            let slots = partners::<P::Vector<W>>(&block.neighbours, &block.slots, first + k);
-            let other = P::Vector::<W>::columns(place.as_ptr(), slots.as_ptr());
+            let mut from = block.neighbours.as_ptr().add(first + k);
+            let other = P::Vector::<W>::columns(place.as_ptr(), from);
             let (_, square) = head_at.from::<D>(&other);
             let mut keep = square.below(support) & first_lanes::<P::Vector<W>>(count - k);
             square.store_kept(keep, r2.add(found));
-            let mut from = block.neighbours.as_ptr().add(first + k);
             for _ in (0..P::Vector::<W>::LANES).step_by(LANES) {
-                let places = from.cast::<[u16; LANES]>().read_unaligned();
-                let kept = W::kept(places, keep as u8);
-                let to = near.places.as_mut_ptr().add(length + found);
-                to.cast::<[u16; LANES]>().write_unaligned(kept);
+                let kept = W::kept(from.cast::<[u32; LANES]>().read_unaligned(), keep as u8);
+                let to = near.slots.as_mut_ptr().add(length + found);
+                to.cast::<[u32; LANES]>().write_unaligned(kept);
                 found += (keep & 0xff).count_ones() as usize;
                 from = from.add(LANES);
                 keep >>= LANES;
@@ -213,8 +164,7 @@ pub(super) struct Ends<'a> {
     heads: &'a [u32; MOST],
     /// Have all of them the same head?
     one: bool,
-    /// Slots of the partners.
-    pub others: [u32; MOST],
+    others: &'a [u32; MOST],
 }
 
 impl Ends<'_> {
@@ -261,9 +211,10 @@ pub(super) struct Pairs<P: Precision = Double> {
     /// Heads, each with the lane where its row ends.
     rows: [[u32; 2]; CHUNK],
     row_count: usize,
-    /// Slots of heads and partners, lane by lane.
+    /// Slots of the heads, lane by lane.
     heads: [u32; ROOM],
-    other: [u32; ROOM],
+    /// Where the partners begin among the slots of the near pairs.
+    pub first: usize,
     pub r: [[P::Real; ROOM]; 3],
     pub r2: [P::Real; ROOM],
     /// s_i s_j.
@@ -277,7 +228,7 @@ impl<P: Precision> Pairs<P> {
             rows: [[0; 2]; CHUNK],
             row_count: 0,
             heads: [0; ROOM],
-            other: [0; ROOM],
+            first: 0,
             r: [[P::Real::ZERO; ROOM]; 3],
             r2: [P::Real::ZERO; ROOM],
             weight: [P::Real::ZERO; ROOM],
@@ -288,7 +239,7 @@ impl<P: Precision> Pairs<P> {
     #[inline(always)]
     pub(super) fn fill<W: Wide, const D: usize>(
         &mut self,
-        (near, slots): (&Rows, &[u32]),
+        near: &Rows,
         cell: &PeriodicBox,
         place: &[[P::Real; 4]],
         walk: &mut Walk,
@@ -309,7 +260,7 @@ impl<P: Precision> Pairs<P> {
             }
         }
         let wrap = Wrap::<P, W>::new(cell);
-        let first = end - self.count;
+        self.first = end - self.count;
         // Vectors take no notice of where rows end: most have one head, the others gather theirs.
         for lane in (0..self.count).step_by(P::Vector::<W>::LANES) {
             // SAFETY: slots of particles; lanes for all pairs and a vector more.
@@ -318,7 +269,7 @@ impl<P: Precision> Pairs<P> {
                 let ends = Ends {
                     heads,
                     one: heads[0] == heads[P::Vector::<W>::LANES - 1],
-                    others: partners::<P::Vector<W>>(&near.places, slots, first + lane),
+                    others: &*near.slots.as_ptr().add(self.first + lane).cast(),
                 };
                 let (here, there) = (ends.of_heads(place), ends.of_others(place));
                 let (r, r2) = wrap.between::<D>(&here, &there);
@@ -328,11 +279,6 @@ impl<P: Precision> Pairs<P> {
                 r2.store(self.r2.as_mut_ptr().add(lane));
                 let weight = P::Vector::<W>::times(here[3], there[3]);
                 weight.store(self.weight.as_mut_ptr().add(lane));
-                let to = self.other.as_mut_ptr().add(lane);
-                for n in 0..P::Vector::<W>::LANES {
-                    // One by one: the slots are in as many registers.
-                    std::ptr::write_volatile(to.add(n), ends.others[n]);
-                }
                 companion.take(&ends, lane);
             }
         }
@@ -352,22 +298,18 @@ impl<P: Precision> Pairs<P> {
         (head, begin as usize..end as usize)
     }
 
-    /// Slot of the partner in a lane in use.
-    #[inline(always)]
-    pub(super) fn other(&self, lane: usize) -> u32 {
-        self.other[lane]
-    }
-
     /// Adds what is in the lanes to the heads and takes it from the partners.
     ///
     /// # Safety
-    /// No other thread uses the slots of this block.
+    /// The pairs are those of `near`; no other thread uses the slots of this block.
     #[inline(always)]
     pub(super) unsafe fn scatter(
         &self,
+        near: &Rows,
         records: &[[P::Real; 4]; ROOM],
         target: &Shared<'_, [f64; 4]>,
     ) {
+        let others = &near.slots[self.first..self.first + self.count];
         for n in 0..self.row_count() {
             let (head, lanes) = self.row_at(n);
             // Two sums, so that an addition need not wait for the one before.
@@ -376,12 +318,12 @@ impl<P: Precision> Pairs<P> {
             // SAFETY: promised by the caller; a partner is never the head itself.
             unsafe {
                 while lane + 1 < end {
-                    self.take(records, target, lane, &mut even);
-                    self.take(records, target, lane + 1, &mut odd);
+                    Self::take(records, others, target, lane, &mut even);
+                    Self::take(records, others, target, lane + 1, &mut odd);
                     lane += 2;
                 }
                 if lane < end {
-                    self.take(records, target, lane, &mut even);
+                    Self::take(records, others, target, lane, &mut even);
                 }
                 let own = target.slot(head);
                 for a in 0..4 {
@@ -393,8 +335,8 @@ impl<P: Precision> Pairs<P> {
 
     #[inline(always)]
     unsafe fn take(
-        &self,
         records: &[[P::Real; 4]; ROOM],
+        others: &[u32],
         target: &Shared<'_, [f64; 4]>,
         lane: usize,
         sum: &mut [f64; 4],
@@ -403,7 +345,7 @@ impl<P: Precision> Pairs<P> {
         let (record, other) = unsafe {
             (
                 records.get_unchecked(lane),
-                target.slot(*self.other.get_unchecked(lane)),
+                target.slot(*others.get_unchecked(lane)),
             )
         };
         for a in 0..4 {

@@ -66,8 +66,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
     }
 
     #[inline(always)]
-    fn gather_row(&self, lanes: &mut Lanes, first: usize, head: u32, partners: &[u16]) -> usize {
-        let slots = &self.block.slots[..];
+    fn gather_row(&self, lanes: &mut Lanes, first: usize, head: u32, partners: &[u32]) -> usize {
         let (i, v, s) = (
             self.position[head as usize],
             self.velocity[head as usize],
@@ -75,8 +74,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
         );
         let id = if V::ON { self.id[head as usize] } else { 0 };
         let mut at = first;
-        for &place in partners {
-            let other = slots[place as usize];
+        for &other in partners {
             // SAFETY: list entries lead to slots of particles.
             let (j, w, t) = unsafe {
                 (

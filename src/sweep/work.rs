@@ -11,12 +11,11 @@ use super::rows::{Companion, Ends, Pairs, ROOM, whole};
 use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{BlockList, Grid, PairList, Rows};
+use crate::neighbor::{Grid, PairList, Rows};
 use crate::real::Real;
 use crate::state::Particles;
 
 struct WorkTask<'a, K, const D: usize> {
-    block: &'a BlockList,
     near: &'a Rows,
     cell: &'a PeriodicBox,
     position: &'a [[f64; 4]],
@@ -55,7 +54,7 @@ impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
         for n in 0..pairs.row_count() {
             let (head, lanes) = pairs.row_at(n);
             for lane in lanes {
-                let (i, j) = (head as usize, pairs.other(lane) as usize);
+                let (i, j) = (head as usize, self.near.slots[pairs.first + lane] as usize);
                 let [u, w] = [i, j].map(|slot| &self.mean[slot]);
                 let [a_i, a_j] = [i, j].map(|slot| self.velocity[slot][3]);
                 let mut power = 0.0;
@@ -79,13 +78,18 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
         let mut u = [[0.0; ROOM]; 3];
         let (mut approach, mut slope) = ([0.0; ROOM], [0.0; ROOM]);
         let mut handed = HeatMoment::default();
-        let near = (self.near, &self.block.slots[..]);
         while !walk.at_end(&self.near.ends) {
             let mut companion = Approach {
                 mean: self.mean,
                 u: &mut u,
             };
-            pairs.fill::<W, D>(near, self.cell, self.position, &mut walk, &mut companion);
+            pairs.fill::<W, D>(
+                self.near,
+                self.cell,
+                self.position,
+                &mut walk,
+                &mut companion,
+            );
             for k in 0..whole::<f64>(pairs.count) {
                 let r2 = pairs.r2[k];
                 let inverse = r2.at_least(f64::TINY).inverse_root::<W::Arithmetic>();
@@ -105,7 +109,9 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
                 for lane in lanes {
                     sum += approach[lane];
                     // SAFETY: blocks of one colour share no particle, and other != head.
-                    unsafe { *self.work.slot(pairs.other(lane)) += approach[lane] };
+                    unsafe {
+                        *self.work.slot(self.near.slots[pairs.first + lane]) += approach[lane]
+                    };
                 }
                 // SAFETY: as above.
                 unsafe { *self.work.slot(head) += sum };
@@ -138,9 +144,8 @@ pub fn pair_work<K: Kernel, const D: usize>(
     let work = Shared::new(work);
     let (position, velocity) = (&particles.position, &particles.velocity);
     let mean = &particles.scratch;
-    for_each_block(grid, &list.blocks, false, &|number, block| {
+    for_each_block(grid, &list.blocks, false, &|number, _| {
         run_wide(WorkTask::<K, D> {
-            block,
             near: &list.near[number as usize],
             cell,
             position,

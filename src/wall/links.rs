@@ -240,8 +240,8 @@ impl Walls {
         if pairs.shuffled.is_empty() {
             let mut begin = 0;
             for &[head, end] in &pairs.rows {
-                for &place in &pairs.neighbours[begin..end as usize] {
-                    visit(head, pairs.slots[place as usize]);
+                for &other in &pairs.neighbours[begin..end as usize] {
+                    visit(head, other);
                 }
                 begin = end as usize;
             }

@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{KEPT, LANES, Turning, Vector, Wide};
+use super::{KEPT, LANES, Turning, Vector, Wide, slot};
 use crate::real::Fused;
 
 /// Two halves of four lanes.
@@ -29,34 +29,6 @@ const HALVES: [[i32; 8]; 16] = {
     }
     table
 };
-
-/// Bytes of the 16-bit lanes whose bits are set.
-const BYTES: [[u8; 16]; 256] = {
-    let mut table = [[0; 16]; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let mut at = 0;
-        while at < LANES {
-            let lane = KEPT[mask][at] as u8;
-            table[mask][2 * at] = 2 * lane;
-            table[mask][2 * at + 1] = 2 * lane + 1;
-            at += 1;
-        }
-        mask += 1;
-    }
-    table
-};
-
-/// As [`Wide::kept`].
-#[inline(always)]
-pub(super) fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
-    // SAFETY: the machine has the instructions; 16 bytes are read.
-    unsafe {
-        let bytes = _mm_loadu_si128(BYTES[keep as usize].as_ptr().cast());
-        let numbers = _mm_loadu_si128(numbers.as_ptr().cast());
-        std::mem::transmute(_mm_shuffle_epi8(numbers, bytes))
-    }
-}
 
 #[inline(always)]
 unsafe fn transpose(rows: [__m256d; 4]) -> [__m256d; 4] {
@@ -110,7 +82,7 @@ impl Vector for Avx2 {
     #[inline(always)]
     unsafe fn columns(base: *const [f64; 4], slots: *const u32) -> [Self; 4] {
         unsafe {
-            let at = |k: usize| _mm256_loadu_pd(base.add(*slots.add(k) as usize).cast());
+            let at = |k: usize| _mm256_loadu_pd(base.add(slot(slots, k)).cast());
             let low = transpose([at(0), at(1), at(2), at(3)]);
             let high = transpose([at(4), at(5), at(6), at(7)]);
             [
@@ -153,8 +125,9 @@ impl Wide for Avx2 {
     type Arithmetic = Fused;
     type Single = Single;
     #[inline(always)]
-    fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
-        kept(numbers, keep)
+    fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES] {
+        // SAFETY: the machine has the instructions; numbers of 32 bits are moved.
+        unsafe { std::mem::transmute(in_front(std::mem::transmute(numbers), keep.into())) }
     }
 }
 
@@ -181,7 +154,7 @@ unsafe fn transposed(rows: [__m256; 4]) -> [__m256; 4] {
 #[inline(always)]
 pub(super) unsafe fn record(base: *const [f32; 4], slots: *const u32) -> __m128 {
     // SAFETY: the machine has the instructions, pointers are the caller's.
-    unsafe { _mm_loadu_ps(base.add(*slots as usize).cast()) }
+    unsafe { _mm_loadu_ps(base.add(slot(slots, 0)).cast()) }
 }
 
 /// The records of a slot and the fourth behind it.

@@ -2,8 +2,8 @@
 
 use std::arch::x86_64::*;
 
-use super::avx2::{kept, record};
-use super::{LANES, Turning, Vector, Wide};
+use super::avx2::record;
+use super::{LANES, Turning, Vector, Wide, slot};
 use crate::random::{MULTIPLIER_0, MULTIPLIER_1, ROUNDS, WEYL_0, WEYL_1};
 use crate::real::Fused;
 
@@ -44,7 +44,7 @@ impl Vector for Avx512 {
     #[inline(always)]
     unsafe fn columns(base: *const [f64; 4], slots: *const u32) -> [Self; 4] {
         unsafe {
-            let at = |k: usize| _mm256_loadu_pd(base.add(*slots.add(k) as usize).cast());
+            let at = |k: usize| _mm256_loadu_pd(base.add(slot(slots, k)).cast());
             let two =
                 |p: usize, q: usize| _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(at(p)), at(q));
             // Paired so that the halves of the results come out in order.
@@ -92,8 +92,12 @@ impl Wide for Avx512 {
     type Arithmetic = Fused;
     type Single = Single;
     #[inline(always)]
-    fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
-        kept(numbers, keep)
+    fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES] {
+        // SAFETY: the machine has the instructions; numbers of 32 bits are moved.
+        unsafe {
+            let numbers = std::mem::transmute::<[u32; LANES], __m256i>(numbers);
+            std::mem::transmute(_mm256_maskz_compress_epi32(keep, numbers))
+        }
     }
     /// The upper halves are brought down by shuffles: shifts would wait for the unit that multiplies.
     #[inline(always)]

@@ -130,7 +130,7 @@ pub trait Wide: Vector<Number = f64> {
     /// Sixteen numbers in single precision.
     type Single: Turning<Number = f32>;
     /// Numbers of the lanes whose bits are set, one behind the other; then anything.
-    fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES];
+    fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES];
     /// Four words each for counters whose last two words are `tail`: Philox4x32-10. The number of
     /// counters is a multiple of [`LANES`].
     #[inline(always)]
@@ -165,6 +165,17 @@ pub trait Wide: Vector<Number = f64> {
     }
 }
 
+/// The slot of a lane. The volatile read keeps the compiler from loading all slots at once, whose
+/// elements it would then have to take out one by one.
+///
+/// # Safety
+/// There is one.
+#[inline(always)]
+unsafe fn slot(slots: *const u32, lane: usize) -> usize {
+    // SAFETY: promised by the caller.
+    unsafe { slots.add(lane).read_volatile() as usize }
+}
+
 /// The lanes whose bits are set, in ascending order; then zeros.
 const KEPT: [[u16; LANES]; 256] = {
     let mut table = [[0; LANES]; 256];
@@ -186,8 +197,8 @@ const KEPT: [[u16; LANES]; 256] = {
 /// Numbers `first`, `first` + 1 .. of the lanes whose bits are set, one behind the other; then
 /// anything.
 #[inline(always)]
-pub(crate) fn kept_of_range(first: u16, keep: u8) -> [u16; LANES] {
-    KEPT[keep as usize].map(|lane| first.wrapping_add(lane))
+pub(crate) fn kept_of_range(first: u32, keep: u8) -> [u32; LANES] {
+    KEPT[keep as usize].map(|lane| first + u32::from(lane))
 }
 
 /// Vector instructions that the loops are compiled for.
@@ -350,13 +361,13 @@ mod tests {
         type Output = (Vec<f64>, Vec<f32>, [[u32; 24]; 4]);
         #[inline(always)]
         fn run<W: Wide>(self) -> Self::Output {
-            let numbers = [3_u16, 17, 39, 0, 5, 5, 21, 8];
+            let numbers = [3_u32, 17, 39, 0, 5, 5, 21, 8];
             for keep in [0, 255, 0b0110_1001, 1, 128] {
                 let (kept, range) = (W::kept(numbers, keep), kept_of_range(7, keep));
                 let lanes = (0..LANES).filter(|lane| keep >> lane & 1 == 1);
                 for (k, lane) in lanes.enumerate() {
                     assert_eq!(kept[k], numbers[lane]);
-                    assert_eq!(range[k], 7 + lane as u16);
+                    assert_eq!(range[k], 7 + lane as u32);
                 }
             }
             let numbers = [4, 1, 9, 4, 7, 7, 0, 2, 1, 3, 5, 6, 8, 10, 11, 7];

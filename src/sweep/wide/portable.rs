@@ -103,7 +103,7 @@ impl Wide for Portable<f64, LANES> {
     type Arithmetic = Plain;
     type Single = Portable<f32, 16>;
     #[inline(always)]
-    fn kept(numbers: [u16; LANES], keep: u8) -> [u16; LANES] {
+    fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES] {
         KEPT[keep as usize].map(|lane| numbers[lane as usize])
     }
 }
