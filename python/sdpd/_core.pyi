@@ -26,6 +26,7 @@ __all__ = [
     "check_walls",
     "curvature_weight",
     "eos_evaluate",
+    "force_variates",
     "kernel_names",
     "kernel_profile",
     "kernel_sums",
@@ -56,6 +57,14 @@ def pair_variates(
     stream: str,
     step: int,
     draw: int,
+    id_a: NDArray[np.uint64],
+    id_b: NDArray[np.uint64],
+    variate: str,
+    dimension: int,
+) -> _Float: ...
+def force_variates(
+    seed: int,
+    step: int,
     id_a: NDArray[np.uint64],
     id_b: NDArray[np.uint64],
     variate: str,

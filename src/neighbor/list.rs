@@ -210,7 +210,15 @@ impl BlockList {
         self.rows.last().map_or(0, |&[_, end]| end as usize)
     }
 
+    /// Slots of the region, block by block.
+    pub fn region(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        self.region
+            .iter()
+            .map(|part| part.start as usize..part.end as usize)
+    }
+
     fn clear(&mut self) {
+        self.region = Default::default();
         self.rows.clear();
         self.neighbours.clear();
         self.shuffled.clear();

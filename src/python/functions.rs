@@ -13,6 +13,7 @@ use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
 use crate::neighbor::{SkinModel, automatic_skin};
 use crate::random::{Gaussian, Stream, SweepKey, Uniform, Variate};
 use crate::real::Plain;
+use crate::sweep::force_variates as force_variates_of;
 use crate::units::Units;
 use crate::wall::{CurvatureWeight, Missing, WallSettings, Walls};
 use crate::{eos, random, registry, relax};
@@ -138,30 +139,60 @@ fn pair_variates<'py>(
     };
     let key = SweepKey::new(seed, stream, step, draw);
     let (a, b) = (id_a.as_array(), id_b.as_array());
-    if a.len() != b.len() {
-        return Err(invalid(format!(
-            "`id_b` must have the length of `id_a`, {}, got {}",
-            a.len(),
-            b.len()
-        )));
-    }
+    check_partners(a.len(), b.len())?;
     let mut table = Array2::zeros((a.len(), dimension));
     for (k, (&a, &b)) in a.iter().zip(b.iter()).enumerate() {
         let words = key.pair_words(a, b);
         let xi = match variate {
             "gaussian" => Gaussian::draw::<Plain, f64>(words, 1.0, dimension),
             "uniform" => Uniform::draw::<Plain, f64>(words, 1.0, dimension),
-            other => {
-                return Err(invalid(format!(
-                    "`variate` must be \"gaussian\" or \"uniform\", got {other:?}"
-                )));
-            }
+            other => return Err(no_variate(other)),
         };
         for axis in 0..dimension {
             table[(k, axis)] = xi[axis];
         }
     }
     Ok(table.into_pyarray(py))
+}
+
+/// The variates of the random forces of velocity Verlet, (n, D), as they act on the first particles.
+#[pyfunction]
+fn force_variates<'py>(
+    py: Python<'py>,
+    seed: u64,
+    step: u64,
+    id_a: PyReadonlyArray1<'py, u64>,
+    id_b: PyReadonlyArray1<'py, u64>,
+    variate: &str,
+    dimension: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    check_dimension(dimension)?;
+    let (a, b) = (id_a.as_array(), id_b.as_array());
+    check_partners(a.len(), b.len())?;
+    let key = SweepKey::new(seed, Stream::PairForce, step, 0);
+    let pairs: Vec<[u64; 2]> = a.iter().zip(b.iter()).map(|(&a, &b)| [a, b]).collect();
+    let drawn = match variate {
+        "gaussian" => force_variates_of::<Gaussian>(&key, &pairs),
+        "uniform" => force_variates_of::<Uniform>(&key, &pairs),
+        other => return Err(no_variate(other)),
+    };
+    let table = Array2::from_shape_fn((pairs.len(), dimension), |(k, axis)| drawn[k][axis]);
+    Ok(table.into_pyarray(py))
+}
+
+fn check_partners(first: usize, second: usize) -> PyResult<()> {
+    if first == second {
+        return Ok(());
+    }
+    Err(invalid(format!(
+        "`id_b` must have the length of `id_a`, {first}, got {second}"
+    )))
+}
+
+fn no_variate(name: &str) -> PyErr {
+    invalid(format!(
+        "`variate` must be \"gaussian\" or \"uniform\", got {name:?}"
+    ))
 }
 
 /// Supported combinations, a dict each.
@@ -403,6 +434,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(eos_evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(philox4x32, module)?)?;
     module.add_function(wrap_pyfunction!(pair_variates, module)?)?;
+    module.add_function(wrap_pyfunction!(force_variates, module)?)?;
     module.add_function(wrap_pyfunction!(registry_table, module)?)?;
     module.add_function(wrap_pyfunction!(normal_velocities, module)?)?;
     module.add_function(wrap_pyfunction!(uniform_positions, module)?)?;

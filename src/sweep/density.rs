@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::precision::{Copies, Precision};
 use super::rows::{MOST, near_partners};
-use super::{Shared, Task, Wide, for_each_block, run_wide};
+use super::{Shared, Task, Wide, fetch, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
@@ -159,6 +159,10 @@ fn sweep<K: Kernel, P: Precision, const D: usize>(
     let place = P::places(position, cell, &mut copies.place);
     let near = Shared::new(&mut list.near);
     for_each_block(grid, &list.blocks, false, &|number, block| {
+        fetch(block, place.as_ptr());
+        if let Some(density) = density {
+            fetch(block, density.pointer());
+        }
         run_wide(DensityTask::<K, P, D> {
             block,
             // SAFETY: each block once.

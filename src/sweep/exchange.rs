@@ -8,7 +8,7 @@ use super::couples::{Couples, Rest};
 use super::precision::Precision;
 use super::rows::{Noise, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
-use super::{CHUNK, Shared, Task, Wide, for_each_block, run_wide};
+use super::{CHUNK, Shared, Task, Wide, fetch, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
@@ -315,6 +315,9 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: u
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
         for_each_block(grid, &list.blocks, backward, &|number, block| {
+            fetch(block, sweep.place.as_ptr());
+            fetch(block, sweep.velocity.pointer());
+            fetch(block, sweep.id.as_ptr());
             sweep.round::<K, F, V, D>(block, number, round);
         });
     }

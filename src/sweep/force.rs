@@ -10,11 +10,11 @@ use super::precision::{Copies, Precision};
 use super::rows::{Companion, Ends, Noise, Pairs, ROOM, particle_words, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wide::Vector;
-use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
+use super::{Shared, Task, Walk, Wide, fetch, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{Grid, PairList, Rows};
-use crate::physics::{FrictionForm, Kick};
+use crate::physics::{FrictionForm, General, Kick};
 use crate::random::{SweepKey, Variate};
 use crate::real::{Arithmetic, Real};
 use crate::state::Particles;
@@ -432,7 +432,13 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
             &[]
         },
     };
-    for_each_block(grid, &list.blocks, false, &|number, _| {
+    for_each_block(grid, &list.blocks, false, &|number, block| {
+        fetch(block, source.place.as_ptr());
+        fetch(block, source.motion.as_ptr());
+        fetch(block, force.pointer());
+        if V::ON {
+            fetch(block, source.word.as_ptr());
+        }
         let near = &list.near[number as usize];
         sweep_block::<K, F, V, P, D, CONSERVATIVE>(&source, near, &force, &kick, sums, number);
     });
@@ -496,4 +502,18 @@ pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D
     if let Some(tally) = tally {
         tally.keep_correction();
     }
+}
+
+/// The variates of pairs of ids in a sweep of that key, as they act on the first ones: for checks.
+pub fn force_variates<V: Variate>(key: &SweepKey, pairs: &[[u64; 2]]) -> Vec<[f64; 3]> {
+    let mut all = Vec::with_capacity(pairs.len());
+    let mut noise = Noise::<3>::new();
+    for some in pairs.chunks(super::CHUNK) {
+        for (lane, ids) in some.iter().enumerate() {
+            noise.name_pair(lane, ids.map(|id| key.particle_word(id)));
+        }
+        noise.draw_between::<General, V, 3>(some.len());
+        all.extend((0..some.len()).map(|lane| noise.xi.map(|xi| xi[lane])));
+    }
+    all
 }

@@ -27,7 +27,7 @@ mod work;
 
 pub use density::{number_densities, site_pressures};
 pub use exchange::{Direction, exchange};
-pub use force::{drag_forces, pair_forces};
+pub use force::{drag_forces, force_variates, pair_forces};
 pub use heat_tally::{HeatMoment, HeatTally};
 pub use pair_state::States;
 pub use precision::{Copies, Double, Mixed, Precision};
@@ -92,6 +92,26 @@ impl<'a, T> Shared<'a, T> {
         // SAFETY: promised by the caller.
         unsafe { &mut *self.data.add(slot as usize) }
     }
+}
+
+/// Tells the machine that a block will be worked on: what its particles have in an array is then on its
+/// way to the core while the first pairs are. Rows jump about among a block's particles, in a way no
+/// machine foresees.
+pub(crate) fn fetch<T>(block: &BlockList, array: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    for part in block.region() {
+        let (mut at, end) = (array.wrapping_add(part.start), array.wrapping_add(part.end));
+        while at < end {
+            // SAFETY: no more than a hint, of no effect where nothing can be read.
+            unsafe {
+                use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+                _mm_prefetch::<_MM_HINT_T1>(at.cast());
+            }
+            at = at.wrapping_byte_add(64);
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (block, array);
 }
 
 /// Calls `work` for every block and its number, colour by colour; in parallel where the pool has

@@ -403,6 +403,13 @@ impl<const N: usize, R: Real> Noise<N, R> {
         }
     }
 
+    /// Takes the names of one pair.
+    pub(super) fn name_pair(&mut self, lane: usize, names: [u64; 2]) {
+        for n in 0..2 {
+            self.names[n][lane] = names[n];
+        }
+    }
+
     /// Takes the ids of pairs of slots.
     #[inline(always)]
     pub(super) fn name_pairs(&mut self, slots: &[[u32; 2]; ROOM], count: usize, ids: &[u64]) {

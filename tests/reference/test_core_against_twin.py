@@ -31,6 +31,7 @@ from .twin import (
     STREAMS,
     System,
     Trajectory,
+    force_variates,
     pair_splitting_step,
     pair_variates,
     pressure,
@@ -128,6 +129,30 @@ def test_pair_variates(
     assert np.abs(got - expected).max() < 4e-15
     back = _core.pair_variates(seed, stream, step, draw, b, a, variate, dimension)
     assert np.array_equal(np.abs(got), np.abs(back))
+
+
+@pytest.mark.parametrize("variate", ["gaussian", "uniform"])
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("seed", "step"), [(0, 0), (2024, 2**32 + 7), (2**64 - 1, 2**47 + 3)])
+def test_force_variates(variate: str, dimension: int, seed: int, step: int) -> None:
+    small = np.arange(2000, dtype=np.uint64)
+    large = np.array([2**32 - 1, 2**32, 2**32 + 1, 2**40 + 5, 2**63, 2**64 - 1], dtype=np.uint64)
+    a = np.concatenate([small, large])
+    b = np.concatenate([small[::-1] + np.uint64(2000), np.roll(large, 1)])
+    got = _core.force_variates(seed, step, a, b, variate, dimension)
+    assert got.shape == (len(a), dimension)
+    # normal ones are drawn in single precision
+    expected = force_variates(seed, step, a, b, variate, dimension)
+    assert np.abs(got - expected).max() < (1e-15 if variate == "uniform" else 2e-6)
+    assert np.array_equal(got, -_core.force_variates(seed, step, b, a, variate, dimension))
+
+
+def test_unknown_variates_are_refused() -> None:
+    one = np.array([1], dtype=np.uint64)
+    with pytest.raises(ValueError, match="`variate` must be"):
+        _core.force_variates(1, 0, one, one, "normal", 3)
+    with pytest.raises(ValueError, match="`id_b` must have the length of `id_a`, 1, got 2"):
+        _core.force_variates(1, 0, one, np.repeat(one, 2), "uniform", 3)
 
 
 def test_stream_names_are_known() -> None:

@@ -7,7 +7,7 @@ What is exported here is isothermal; `walls` and `thermal` build upon it.
 
 from .integrators import Trajectory, pair_splitting_step, velocity_verlet_step
 from .kernels import KERNELS, force_factor, kernel_value
-from .noise import STREAMS, pair_counters, pair_variates, philox4x32
+from .noise import STREAMS, force_variates, pair_counters, pair_variates, philox4x32
 from .states import pressure, sound_speed_squared, specific_potential
 from .system import Forces, Pairs, System
 
@@ -19,6 +19,7 @@ __all__ = [
     "System",
     "Trajectory",
     "force_factor",
+    "force_variates",
     "kernel_value",
     "pair_counters",
     "pair_splitting_step",

@@ -23,6 +23,7 @@ STREAMS = {
 
 _LOW32 = np.uint64(0xFFFFFFFF)
 _SHIFT32 = np.uint64(32)
+_LOW21 = np.uint64(2**21 - 1)
 
 
 def _low(x: Words) -> Words:
@@ -92,6 +93,34 @@ def pair_words(seed: int, stream: str, step: int, draw: int, id_a: Words, id_b: 
     key = np.empty((len(counter), 2), dtype=np.uint64)
     key[:] = seed & 0xFFFFFFFF, (seed >> 32) & 0xFFFFFFFF
     return philox4x32(counter, key)
+
+
+def particle_words(seed: int, step: int, ids: Words) -> Words:
+    """The 64-bit words (n,) of particles, from which velocity Verlet makes those of its pairs."""
+    words = pair_words(seed, "pair_force", step, 0, ids, ids)
+    return words[:, 0] | (words[:, 1] << _SHIFT32)
+
+
+def force_variates(
+    seed: int, step: int, id_a: Words, id_b: Words, variate: str, dimension: int
+) -> Array:
+    """Variates (n, dimension) of pairs under velocity Verlet: (a, b) has minus those of (b, a)."""
+    a, b = (particle_words(seed, step, np.asarray(ids, np.uint64)) for ids in (id_a, id_b))
+    bits = fmix64(a + b)
+    if variate == "uniform":
+        thirds = np.stack([(bits >> np.uint64(1 + 21 * n)) & _LOW21 for n in range(3)], axis=-1)
+        xi = np.sqrt(12.0) * ((thirds[:, :dimension].astype(np.float64) + 0.5) * 2.0**-21 - 0.5)
+    else:
+        more = fmix64((a + b) ^ np.uint64(0x9E3779B97F4A7C15))
+        words = np.stack([_low(bits), _high(bits), _low(more), _high(more)], axis=-1)
+        # The core draws normal ones in single precision: from its fractions, in double precision.
+        upper = (words >> np.uint64(1)).astype(np.float32)
+        half = np.float32(0.5)
+        u = np.where([True, False] * 2, upper + half, upper).astype(np.float64) * 2.0**-31
+        radius, angle = np.sqrt(-2.0 * np.log(u[:, 0::2])), 2.0 * np.pi * u[:, 1::2]
+        z = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+        xi = z.reshape(len(words), 4)[:, :dimension]
+    return np.where(a > b, -1.0, 1.0)[:, None] * xi
 
 
 def pair_variates(

@@ -14,8 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sdpd import _core
+
 from .kernels import force_factor, kernel_value
-from .noise import pair_variates
+from .noise import force_variates, pair_variates, particle_words
 from .states import pressure, specific_potential
 
 Array = NDArray[np.float64]
@@ -142,6 +144,15 @@ class System:
         """xi_ij (n, D), antisymmetric in the ids; central friction: z0 (n, 1), symmetric."""
         ids = self.particle_ids
         a, b = ids[p.i], ids[p.j]
+        if stream == "pair_force":
+            # Normal ones are those of the core, which have a test of their own: they are drawn in
+            # single precision, and no two machines round alike.
+            draw = force_variates if self.noise == "uniform" else _core.force_variates
+            xi = draw(self.seed, step, a, b, self.noise, self.dimension)
+            if self.friction == "central":
+                word = particle_words(self.seed, step, ids)
+                return np.where(word[p.i] > word[p.j], -1.0, 1.0)[:, None] * xi[:, :1]
+            return xi
         xi = pair_variates(self.seed, stream, step, draw, a, b, self.noise, self.dimension)
         if self.friction == "central":
             return xi[:, :1]
