@@ -157,4 +157,23 @@ mod tests {
         assert_eq!(half.tail[1], 0xff << 16 | 1 << 24);
         assert_eq!(fmix64(0), 0);
     }
+
+    #[test]
+    fn pairs_have_bits_of_their_own_from_the_words_of_particles() {
+        let key = SweepKey::new(7, Stream::PairForce, 3, 0);
+        let word = |id| key.particle_word(id);
+        assert_ne!(word(4), word(9));
+        assert_ne!(
+            word(4),
+            SweepKey::new(7, Stream::PairForce, 4, 0).particle_word(4)
+        );
+        assert_eq!(blend(word(4), word(9), 0), blend(word(9), word(4), 0));
+        assert_ne!(blend(word(4), word(9), 0), blend(word(4), word(9), 1));
+        let mut seen = std::collections::HashSet::new();
+        for a in 0..300 {
+            for b in a + 1..300 {
+                assert!((0..2).all(|turn| seen.insert(blend(word(a), word(b), turn))));
+            }
+        }
+    }
 }

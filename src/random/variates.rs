@@ -207,6 +207,56 @@ mod tests {
         check::<f32>();
     }
 
+    /// Variates between the words of particles `first` to `first` + N and those behind them.
+    fn between<V: Variate, R: Real, const COUNT: usize>(first: u64, back: bool) -> [[R; 64]; 3] {
+        let key = SweepKey::new(20_14, Stream::PairForce, 5, 0);
+        let word = |n: usize| key.particle_word(first + n as u64);
+        let mut words = [
+            std::array::from_fn(word),
+            std::array::from_fn(|n| word(n + 1)),
+        ];
+        if back {
+            words.reverse();
+        }
+        let mut xi = [[R::ZERO; 64]; 3];
+        V::between::<Plain, R, 64, COUNT, true>(&words, 64, &mut xi);
+        xi
+    }
+
+    fn check_between<V: Variate>(fourth: f64) {
+        let (n, mut sums) = (400_000, [0.0; 3]);
+        for first in (0..n / 3).step_by(64) {
+            let (xi, back) = (
+                between::<V, f64, 3>(first, false),
+                between::<V, f64, 3>(first, true),
+            );
+            assert_eq!(xi.map(|row| row.map(|x| -x)), back);
+            let narrow = between::<V, f32, 3>(first, false);
+            let few = between::<V, f64, 2>(first, false);
+            for lane in 0..64 {
+                for a in 0..3 {
+                    let x = xi[a][lane];
+                    assert!((x - narrow[a][lane].double()).abs() < 4e-7);
+                    assert_eq!(few[a][lane], if a < 2 { x } else { 0.0 });
+                    sums = [sums[0] + x, sums[1] + x * x, sums[2] + x.powi(4)];
+                }
+            }
+        }
+        let samples = ((n / 3).next_multiple_of(64) * 3) as f64;
+        let [mean, square, fourth_found] = sums.map(|sum| sum / samples);
+        let root = samples.sqrt();
+        assert!(mean.abs() < 4.0 / root);
+        assert!((square - 1.0).abs() < 4.0 * (fourth - 1.0).sqrt() / root);
+        assert!((fourth_found - fourth).abs() < 4.0 * 10.0 / root);
+    }
+
+    #[test]
+    fn variates_between_particles_change_sign_with_their_order_and_have_the_moments() {
+        check_between::<Gaussian>(3.0);
+        check_between::<Uniform>(1.8);
+        assert_eq!(between::<Silent, f64, 3>(0, false), [[0.0; 64]; 3]);
+    }
+
     #[test]
     fn single_precision_rounds_the_variates_of_double_precision() {
         let key = SweepKey::new(5, Stream::PairExchange, 1, 0);

@@ -206,7 +206,9 @@ def test_reaction_and_impulse_of_the_walls(model: Any, geometry: Geometry, dimen
 @pytest.mark.parametrize("model", MODELS)
 def test_bits(model: Any) -> None:
     """On any number of threads, however a run is cut, across save and load."""
-    system, arguments = model(post, 3)
+    # Half way between two copies of the post a particle changes from one to the other, and its own
+    # image with it: a jump, which at another time of a rounding error is another trajectory.
+    system, arguments = model(pipe if model is own_foot else post, 3)
     for integrator in (
         ("velocity_verlet",)
         if model is own_foot

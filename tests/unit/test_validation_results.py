@@ -30,7 +30,7 @@ def test_the_record_is_of_the_present_sources(case: str) -> None:
 
 
 def test_walled_cases_alone_depend_on_the_files_of_walls() -> None:
-    assert set(CASES) >= record.WALLED | record.THERMAL
+    assert set(CASES) >= record.WALLED | record.THERMAL | record.VERLET
     hashes = {record.physics_hash(case) for case in ("thermal_couette", "poiseuille", "bian2015")}
     assert len(hashes) == 3
     assert record.physics_hash("thermal_equilibrium") not in hashes
@@ -41,7 +41,7 @@ def test_walled_cases_alone_depend_on_the_files_of_walls() -> None:
     assert len(sources) >= 4, "src/wall and src/sweep/wall*.rs have moved: see record.WALLS"
 
 
-@pytest.mark.parametrize("group", ["open", "walled", "thermal"])
+@pytest.mark.parametrize("group", ["open", "verlet", "walled", "thermal"])
 def test_signatures_tell_other_physics_from_the_same(
     group: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -40,6 +40,8 @@ WALLED = {
     "wall_models",
 }
 WALLS = ("sweep/wall", "wall/")
+# Cases that take velocity Verlet, whose noise is drawn in a way of its own.
+VERLET = {"hard", "long_correlator", "wall_models"}
 # Likewise for fluids with an energy.
 THERMAL = {
     "conductivity",
@@ -109,6 +111,7 @@ def stale(case: str) -> str | None:
 def groups(case: str) -> tuple[str, ...]:
     """Groups of scenes that tell whether the physics of a case is the same."""
     more = {
+        "verlet": case in VERLET,
         "walled": case in WALLED,
         "thermal": case in THERMAL,
         "wall models": case == "wall_models",

@@ -91,6 +91,10 @@ OPEN: dict[str, Callable[[], sdpd.Simulation]] = {
     "3D Wendland C2 splitting, bulk viscosity": lambda: _run(
         _scene(3, 8.0, "wendland_c2", fluid={"bulk_viscosity": 5.0})
     ),
+    "3D Wendland C4 splitting": lambda: _run(_scene(3, 8.0, "wendland_c4", support=2.6)),
+    "3D Lucy, sinusoidal force, no noise": _deterministic,
+}
+VERLET: dict[str, Callable[[], sdpd.Simulation]] = {
     "3D Wendland C2 Verlet, uniform noise": lambda: _run(
         _scene(3, 8.0, "wendland_c2"), sdpd.VelocityVerlet(noise="uniform"), dt=0.002
     ),
@@ -99,8 +103,6 @@ OPEN: dict[str, Callable[[], sdpd.Simulation]] = {
         sdpd.VelocityVerlet(noise="gaussian", iterations=2),
         dt=0.002,
     ),
-    "3D Wendland C4 splitting": lambda: _run(_scene(3, 8.0, "wendland_c4", support=2.6)),
-    "3D Lucy, sinusoidal force, no noise": _deterministic,
     "3D Lucy Verlet, nitrogen": lambda: _run(
         sdpd.Scene(
             fluid=sdpd.fluids.nitrogen(),
@@ -109,10 +111,10 @@ OPEN: dict[str, Callable[[], sdpd.Simulation]] = {
         ),
         "velocity_verlet",
     ),
+    "slab, Verlet": lambda: _slab(sdpd.VelocityVerlet(noise="gaussian", iterations=1), dt=0.002),
 }
 WALLED: dict[str, Callable[[], sdpd.Simulation]] = {
     "slab, splitting": lambda: _slab("pair_splitting"),
-    "slab, Verlet": lambda: _slab(sdpd.VelocityVerlet(noise="gaussian", iterations=1), dt=0.002),
     "slab, one wall slips": lambda: _slab("pair_splitting", slip=True),
     "square": lambda: _closed(2, kernel="wendland_c2"),
     "cube": lambda: _closed(3),
@@ -185,7 +187,13 @@ THERMAL: dict[str, Callable[[], sdpd.Simulation]] = {
     ),
     "gas with an energy between plates": _heated,
 }
-GROUPS = {"open": OPEN, "walled": WALLED, "thermal": THERMAL, "wall models": MODELS}
+GROUPS = {
+    "open": OPEN,
+    "verlet": VERLET,
+    "walled": WALLED,
+    "thermal": THERMAL,
+    "wall models": MODELS,
+}
 
 
 def numbers(sim: sdpd.Simulation) -> dict[str, list[float]]:
