@@ -38,8 +38,8 @@ class Coefficients:
 
 
 COEFFICIENTS = {
-    "velocity_verlet": Coefficients(345.0, 4.2, {"gaussian": 5.5e7, "uniform": 8.0e7}),
-    "pair_splitting": Coefficients(365.0, 8.2, {"gaussian": 2.0e7}),
+    "velocity_verlet": Coefficients(345.0, 8.4, {"gaussian": 8.5e7, "uniform": 1.0e8}),
+    "pair_splitting": Coefficients(340.0, 12.6, {"gaussian": 2.0e7}),
 }
 # What one more sweep in each half step of the splitting takes of a step with one.
 SWEEP_SHARE = 0.7
@@ -48,7 +48,7 @@ BYTES_FOR_ITERATIONS = 64.0
 # A step with energies over one without, with constant and with variable coefficients
 # (docs/theory/energy), and what they take of a particle: four fields, three arrays of the user, two
 # sums, and the second force array that lends its memory; what Verlet carries over the drift.
-ENERGY = {"pair_splitting": (1.8, 3.5), "velocity_verlet": (3.7, 7.7)}
+ENERGY = {"pair_splitting": (1.8, 3.5), "velocity_verlet": (4.6, 9.6)}
 BYTES_FOR_ENERGY = {"pair_splitting": 136.0, "velocity_verlet": 168.0}
 
 

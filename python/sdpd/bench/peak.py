@@ -15,11 +15,11 @@ __all__ = ["Peak", "Work", "work"]
 
 # A pair of the list: separation and square. One within the support, by what is done with it.
 LISTED = 23
-DENSITY, PRESSURE, FRICTION = 19, 45, 52
-UNIFORM, GAUSSIAN, EXCHANGE = 9, 150, 140
+DENSITY, PRESSURE, FRICTION = 19, 45, 47
+UNIFORM, GAUSSIAN, EXCHANGE = 7, 150, 140
 # Bytes of a particle: densities and forces read and written, kicks and drift; of its pairs.
 PARTICLE, EXCHANGED = 450, 140
-PLACE, COUPLE = 2, 4
+SLOT, COUPLE = 4, 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +91,7 @@ def work(pairs: float, listed: float, *, noise: str, splitting: bool) -> Work:
     """
     noisy = {"none": 0, "uniform": UNIFORM, "gaussian": GAUSSIAN}[noise]
     flops = listed * LISTED + pairs * (DENSITY + PRESSURE)
-    moved = PARTICLE + PLACE * (listed + 2.0 * pairs)
+    moved = PARTICLE + SLOT * (listed + 2.0 * pairs)
     if splitting:
         flops += 2.0 * (listed * LISTED + pairs * (EXCHANGE + noisy))
         moved += 2.0 * (EXCHANGED + COUPLE * listed)
