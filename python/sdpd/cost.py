@@ -48,7 +48,10 @@ BYTES_FOR_ITERATIONS = 64.0
 # A step with energies over one without, with constant and with variable coefficients
 # (docs/theory/energy), and what they take of a particle: four fields, three arrays of the user, two
 # sums, and the second force array that lends its memory; what Verlet carries over the drift.
-ENERGY = {"pair_splitting": (1.8, 3.5), "velocity_verlet": (4.6, 9.6)}
+ENERGY = {
+    "pair_splitting": {"gaussian": (1.8, 3.5)},
+    "velocity_verlet": {"gaussian": (5.7, 11.9), "uniform": (4.6, 9.6)},
+}
 BYTES_FOR_ENERGY = {"pair_splitting": 136.0, "velocity_verlet": 168.0}
 
 
@@ -63,8 +66,8 @@ def _coefficients(scene: Scene, integrator: Integrator) -> Coefficients:
         more = 1.0 + SWEEP_SHARE * (integrator.sweeps - 1)
         rates = {noise: rate / more for noise, rate in found.pairs_per_second.items()}
         return replace(found, pairs_per_second=rates)
-    slower = ENERGY[integrator.name][active.variable_transport]
-    rates = {noise: rate / slower for noise, rate in found.pairs_per_second.items()}
+    slower = {noise: of[active.variable_transport] for noise, of in ENERGY[integrator.name].items()}
+    rates = {noise: rate / slower[noise] for noise, rate in found.pairs_per_second.items()}
     return Coefficients(
         found.bytes_per_particle + BYTES_FOR_ENERGY[integrator.name],
         found.bytes_per_listed_pair,

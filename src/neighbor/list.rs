@@ -63,7 +63,7 @@ pub struct BlockList {
     pub shuffled: Vec<[u16; 2]>,
     /// Where each round begins in `shuffled`, and where the last one ends.
     pub rounds: [u32; ROUNDS + 1],
-    /// Slot of each place of the region.
+    /// Slot of each place of the region, where there are shuffled pairs.
     pub slots: Vec<u32>,
     region: [Part; 8],
     runs: Vec<Run>,
@@ -136,8 +136,8 @@ impl PairList {
             .enumerate()
             .for_each(|(base, block)| {
                 block.clear();
-                block.enter_region::<D>(base, grid);
-                if block.slots.len() <= REGION_MAX {
+                block.enter_region::<D>(base, grid, shuffle);
+                if !shuffle || block.slots.len() <= REGION_MAX {
                     run_wide(Search::<D> {
                         block: &mut *block,
                         base,
@@ -225,8 +225,8 @@ impl BlockList {
         self.slots.clear();
     }
 
-    /// Gives a place to every slot of the region.
-    fn enter_region<const D: usize>(&mut self, base: usize, grid: &Grid) {
+    /// Finds the parts of the region, and gives a place to every slot of it if wanted.
+    fn enter_region<const D: usize>(&mut self, base: usize, grid: &Grid, places: bool) {
         let at = coordinates(grid.blocks, base);
         for corner in 0..1_usize << D {
             if let Some(block) = corner_block(grid, at, corner) {
@@ -236,7 +236,9 @@ impl BlockList {
                     end: range.end as u32,
                     place: self.slots.len() as u32,
                 };
-                self.slots.extend(range.start as u32..range.end as u32);
+                if places {
+                    self.slots.extend(range.start as u32..range.end as u32);
+                }
             }
         }
     }
@@ -359,7 +361,7 @@ impl BlockList {
             }
             for slot in (start..run.end).step_by(MOST) {
                 let there = first_lanes::<W::Single>((run.end - slot) as usize);
-                // SAFETY: columns hold a vector behind each particle, places have room for one.
+                // SAFETY: columns hold a vector behind each particle, slots have room for one.
                 unsafe {
                     let other = [
                         W::Single::load(columns[0].as_ptr().add(slot as usize)),

@@ -145,7 +145,7 @@ fn dot_with<A: Arithmetic, R: Real>(a: [R; 3], b: [R; 3]) -> R {
 
 impl Kick {
     /// Drag and noise on i from one pair, and `push` r: `inverse_r` = 1/r, r = r_ij, u = v_ij, xi the
-    /// pair's variates with the sign of the order of ids (the central form uses `xi[0]`, without a
+    /// pair's variates with the sign of their order (the central form uses `xi[0]`, without a
     /// sign); `root_g` = sqrt(g) counts with noise only.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]

@@ -2,7 +2,7 @@
 //! variance 1 and independent components; only their higher moments and their cost differ.
 
 use super::blend;
-use crate::real::{Arithmetic, Real};
+use crate::real::{Arithmetic, Plain, Real};
 
 const SCALE: f64 = 1.0 / 4_294_967_296.0;
 const SQRT_12: f64 = 3.464_101_615_137_754_6;
@@ -18,7 +18,7 @@ pub trait Variate: Copy + Send + Sync + 'static {
     fn draw<A: Arithmetic, R: Real>(words: [u64; 4], sign: R, count: usize) -> [R; 3];
     /// The first `COUNT` variates of pairs in lanes from the words of their particles ([`blend`]);
     /// where `SIGNED`, those of (a, b) are those of (b, a) with the other sign.
-    fn between<A: Arithmetic, R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
+    fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
         words: &[[u64; N]; 2],
         count: usize,
         xi: &mut [[R; N]; 3],
@@ -39,7 +39,7 @@ impl Variate for Silent {
         [R::ZERO; 3]
     }
     #[inline(always)]
-    fn between<A: Arithmetic, R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
+    fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
         _: &[[u64; N]; 2],
         _: usize,
         _: &mut [[R; N]; 3],
@@ -81,7 +81,7 @@ impl Variate for Gaussian {
         [x, y, z].map(|variate| sign * variate)
     }
     #[inline(always)]
-    fn between<A: Arithmetic, R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
+    fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
         [head, other]: &[[u64; N]; 2],
         count: usize,
         xi: &mut [[R; N]; 3],
@@ -98,12 +98,13 @@ impl Variate for Gaussian {
                 words[3][lane] = (bits >> 32) as u32;
             }
         }
-        // Single precision is good enough, and twice as many lanes.
+        // Single precision is good enough, and twice as many lanes. Its rounding would be seen where
+        // products are not fused, so that they are nowhere.
         let mut narrow = [[0.0_f32; N]; 3];
         for lane in 0..count {
             let [a, b, c, d] = &words;
             let four = [a[lane], b[lane], c[lane], d[lane]].map(u64::from);
-            let [x, y, z] = Self::draw::<A, f32>(four, 1.0, COUNT);
+            let [x, y, z] = Self::draw::<Plain, f32>(four, 1.0, COUNT);
             narrow[0][lane] = x;
             narrow[1][lane] = y;
             narrow[2][lane] = z;
@@ -142,7 +143,7 @@ impl Variate for Uniform {
         ]
     }
     #[inline(always)]
-    fn between<A: Arithmetic, R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
+    fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
         [head, other]: &[[u64; N]; 2],
         count: usize,
         xi: &mut [[R; N]; 3],
@@ -167,7 +168,6 @@ impl Variate for Uniform {
 mod tests {
     use super::super::{Stream, SweepKey};
     use super::*;
-    use crate::real::Plain;
 
     fn moments<V: Variate, R: Real>() -> ([f64; 3], [f64; 3], [f64; 3]) {
         let n = 400_000_u64;
@@ -219,7 +219,7 @@ mod tests {
             words.reverse();
         }
         let mut xi = [[R::ZERO; 64]; 3];
-        V::between::<Plain, R, 64, COUNT, true>(&words, 64, &mut xi);
+        V::between::<R, 64, COUNT, true>(&words, 64, &mut xi);
         xi
     }
 

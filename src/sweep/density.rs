@@ -204,3 +204,65 @@ pub fn site_pressures(particles: &mut Particles, pressure: impl Fn(f64) -> f64 +
             velocity[3] = pressure(d) / (d * d);
         });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Lucy;
+    use crate::random::fmix64;
+    use crate::sweep::{Double, Mixed};
+
+    /// Densities of n particles in a ball of that radius are those of a direct sum.
+    fn check<P: Precision>(n: usize, radius: f64, tolerance: f64) {
+        let cell = PeriodicBox::new(&[3.5, 3.5, 3.5], 1.0).unwrap();
+        let mut particles = Particles::new(n, false);
+        for (k, x) in particles.position.iter_mut().enumerate() {
+            for a in 0..3 {
+                let word = fmix64((3 * k + a + 1) as u64) >> 11;
+                let u = 2.0 * word as f64 / (1_u64 << 53) as f64 - 1.0;
+                x[a] = 1.7 + radius * u / 3.0_f64.sqrt();
+            }
+        }
+        let mut grid = Grid::new(&cell, 3, n, 1.1);
+        grid.renew(&cell, 3, &mut particles);
+        let mut list = PairList::default();
+        list.build::<3>(&grid, &cell, &mut particles, 1.1, false);
+        number_densities::<Lucy, P, 3>(&mut particles, &grid, &mut list, &cell);
+        let longest = |ends: &[[u32; 2]]| {
+            let begins = std::iter::once(0).chain(ends.iter().map(|row| row[1]));
+            ends.iter()
+                .zip(begins)
+                .map(|(row, begin)| row[1] - begin)
+                .max()
+        };
+        let row = list
+            .near
+            .iter()
+            .filter_map(|near| longest(&near.ends))
+            .max();
+        assert_eq!(row.unwrap_or(0) as usize > BATCH, n > 2 * BATCH);
+        let mut pairs = 0;
+        for i in 0..n {
+            let mut sum = Lucy::w::<f64, 3>(0.0);
+            for j in (0..n).filter(|&j| j != i) {
+                let (x, y) = (particles.position[i], particles.position[j]);
+                let r = cell.nearest::<3>([x[0] - y[0], x[1] - y[1], x[2] - y[2]]);
+                let q = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).sqrt();
+                sum += Lucy::w::<f64, 3>(q);
+                pairs += usize::from(q < 1.0 && j > i);
+            }
+            assert!((particles.density[i] / sum - 1.0).abs() < tolerance);
+        }
+        let near: usize = list.near.iter().map(Rows::pairs).sum();
+        assert!(near.abs_diff(pairs) <= pairs / 100_000);
+    }
+
+    #[test]
+    fn rows_longer_than_a_batch_and_shorter_ones_give_direct_sums() {
+        check::<Double>(2500, 0.49, 1e-13);
+        check::<Double>(1500, 1.4, 1e-13);
+        check::<Double>(1, 0.3, 1e-13);
+        check::<Mixed>(2500, 0.49, 1e-5);
+        check::<Mixed>(1500, 1.4, 1e-5);
+    }
+}

@@ -100,7 +100,8 @@ impl<'a, T> Shared<'a, T> {
 pub(crate) fn fetch<T>(block: &BlockList, array: *const T) {
     #[cfg(target_arch = "x86_64")]
     for part in block.region() {
-        let (mut at, end) = (array.wrapping_add(part.start), array.wrapping_add(part.end));
+        let (first, end) = (array.wrapping_add(part.start), array.wrapping_add(part.end));
+        let mut at = first.wrapping_byte_sub(first.addr() % 64);
         while at < end {
             // SAFETY: no more than a hint, of no effect where nothing can be read.
             unsafe {

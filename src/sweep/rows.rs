@@ -254,11 +254,14 @@ impl<P: Precision> Pairs<P> {
             self.count += pairs.len();
             self.rows[self.row_count] = [head, self.count as u32];
             self.row_count += 1;
-            // A vector at a time, the lanes behind the last row included.
+            // A vector at a time: the next row overwrites what is behind this one.
             for k in (lane..self.count).step_by(MOST) {
                 self.heads[k..k + MOST].fill(head);
             }
         }
+        // What the last vector holds beyond, whatever it holds: slots of particles.
+        let last = self.heads[self.count.max(1) - 1];
+        self.heads[self.count..self.count + MOST].fill(last);
         let wrap = Wrap::<P, W>::new(cell);
         self.first = end - self.count;
         // Vectors take no notice of where rows end: most have one head, the others gather theirs.
@@ -359,7 +362,7 @@ impl<P: Precision> Pairs<P> {
 /// The random numbers of the pairs of a chunk.
 #[repr(align(64))]
 pub(super) struct Noise<const N: usize, R: Real = f64> {
-    /// Ids of heads and partners; after `draw` the counters made of them.
+    /// Ids of heads and partners, after `draw` the counters made of them; or words of particles.
     names: [[u64; ROOM]; 2],
     sign: [R; ROOM],
     words: [[u32; ROOM]; 4],
@@ -528,7 +531,7 @@ impl<V: Variate, R: Real, const COUNT: usize, const SIGNED: bool> Task
     fn run<W: Wide>(self) {
         let count = whole::<R>(self.count);
         let Noise { names, xi, .. } = self.noise;
-        V::between::<W::Arithmetic, R, ROOM, COUNT, SIGNED>(names, count, xi);
+        V::between::<R, ROOM, COUNT, SIGNED>(names, count, xi);
     }
 }
 

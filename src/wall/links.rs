@@ -229,7 +229,8 @@ impl Walls {
     ) {
         let has_site =
             |slot: u32| self.first_site[slot as usize] < self.first_site[slot as usize + 1];
-        if !pairs.slots.iter().any(|&slot| has_site(slot)) {
+        let mut region = pairs.region().flatten();
+        if !region.any(|slot| has_site(slot as u32)) {
             return;
         }
         let mut visit = |i: u32, j: u32| {

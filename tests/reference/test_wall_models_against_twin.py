@@ -206,9 +206,7 @@ def test_reaction_and_impulse_of_the_walls(model: Any, geometry: Geometry, dimen
 @pytest.mark.parametrize("model", MODELS)
 def test_bits(model: Any) -> None:
     """On any number of threads, however a run is cut, across save and load."""
-    # Half way between two copies of the post a particle changes from one to the other, and its own
-    # image with it: a jump, which at another time of a rounding error is another trajectory.
-    system, arguments = model(pipe if model is own_foot else post, 3)
+    system, arguments = model(post, 3)
     for integrator in (
         ("velocity_verlet",)
         if model is own_foot
@@ -234,6 +232,14 @@ def test_bits(model: Any) -> None:
         assert whole.statistics()["list_builds"] > 2
         assert np.array_equal(again.positions, whole.positions)
         assert np.array_equal(again.velocities, whole.velocities)
+        if model is own_foot:
+            # Half way between two copies of the post a particle changes from one to the other, and
+            # its image with it: a jump that one list sees and another does not.
+            system, arguments = model(pipe, 3)
+            sims = [core(system, integrator, **arguments)]
+            whole = core(system, integrator, skin=0.02, **arguments)
+            for sim in (whole, *sims):
+                sim.run(20, 0.001)
         # and a skin is only speed: nobody who came near was missed
         assert np.abs(whole.velocities - sims[0].velocities).max() < 1e-9
 

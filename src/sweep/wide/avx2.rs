@@ -127,7 +127,10 @@ impl Wide for Avx2 {
     #[inline(always)]
     fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES] {
         // SAFETY: the machine has the instructions; numbers of 32 bits are moved.
-        unsafe { std::mem::transmute(in_front(std::mem::transmute(numbers), keep.into())) }
+        unsafe {
+            let numbers = std::mem::transmute::<[u32; LANES], __m256>(numbers);
+            std::mem::transmute(in_front(numbers, keep.into()))
+        }
     }
 }
 

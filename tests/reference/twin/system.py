@@ -141,7 +141,7 @@ class System:
         return float(0.5 * self.mass * np.sum(self.velocities**2))
 
     def variates(self, p: Pairs, step: int, stream: str, draw: int) -> Array:
-        """xi_ij (n, D), antisymmetric in the ids; central friction: z0 (n, 1), symmetric."""
+        """xi_ij (n, D), antisymmetric in the ends; central friction: z0 (n, 1), symmetric."""
         ids = self.particle_ids
         a, b = ids[p.i], ids[p.j]
         if stream == "pair_force":
