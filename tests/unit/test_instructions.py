@@ -23,10 +23,11 @@ for energy in (False, True):
         fluid=fluid, box=sdpd.Box((7.0, 7.0, 7.0)),
         resolution=sdpd.Resolution(spacing=1.0, support=2.4, kernel="wendland_c2"),
         sound_speed=10.0, effects=sdpd.Effects(energy=energy))
-    for integrator in (sdpd.PairSplitting(), sdpd.VelocityVerlet(noise="uniform")):
+    uniform, normal = (sdpd.VelocityVerlet(noise=noise) for noise in ("uniform", "gaussian"))
+    for integrator in (sdpd.PairSplitting(), uniform, normal):
         sim = sdpd.Simulation(scene, integrator=integrator, dt=0.002, seed=3, threads=1)
         sim.run(steps=20, progress=False)
-        found[f"{integrator.name} {energy}"] = [
+        found[f"{integrator} {energy}"] = [
             x.hex() for array in (sim.positions, sim.velocities) for x in array.ravel().tolist()]
 print(json.dumps([sim.profile().instructions, found]))
 """

@@ -1,8 +1,9 @@
 """What the machine can do at best, and what share of that a step reaches.
 
 Operations of a pair are counted by hand from the loops, additions and multiplications alike, roots
-and divisions as one each; the integers of the random numbers, about 80 a pair, are left out. Bytes
-are those that must come from memory once the particles outgrow the caches.
+and divisions as one each; the integers of the random numbers, about 80 a pair of an exchange and 15
+of an explicit force, are left out. Bytes are those that must come from memory once the particles
+outgrow the caches.
 """
 
 from __future__ import annotations
