@@ -66,8 +66,11 @@ def _coefficients(scene: Scene, integrator: Integrator) -> Coefficients:
         more = 1.0 + SWEEP_SHARE * (integrator.sweeps - 1)
         rates = {noise: rate / more for noise, rate in found.pairs_per_second.items()}
         return replace(found, pairs_per_second=rates)
-    slower = {noise: of[active.variable_transport] for noise, of in ENERGY[integrator.name].items()}
-    rates = {noise: rate / slower[noise] for noise, rate in found.pairs_per_second.items()}
+    slower = ENERGY[integrator.name]
+    rates = {
+        noise: rate / slower.get(noise, slower["gaussian"])[active.variable_transport]
+        for noise, rate in found.pairs_per_second.items()
+    }
     return Coefficients(
         found.bytes_per_particle + BYTES_FOR_ENERGY[integrator.name],
         found.bytes_per_listed_pair,

@@ -159,9 +159,9 @@ fn sweep<K: Kernel, P: Precision, const D: usize>(
     let place = P::places(position, cell, &mut copies.place);
     let near = Shared::new(&mut list.near);
     for_each_block(grid, &list.blocks, false, &|number, block| {
-        fetch(block, place.as_ptr());
+        fetch(block, place.as_ptr(), place.len());
         if let Some(density) = density {
-            fetch(block, density.pointer());
+            fetch(block, density.pointer(), density.length);
         }
         run_wide(DensityTask::<K, P, D> {
             block,

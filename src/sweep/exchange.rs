@@ -315,9 +315,9 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: u
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
         for_each_block(grid, &list.blocks, backward, &|number, block| {
-            fetch(block, sweep.place.as_ptr());
-            fetch(block, sweep.velocity.pointer());
-            fetch(block, sweep.id.as_ptr());
+            fetch(block, sweep.place.as_ptr(), sweep.place.len());
+            fetch(block, sweep.velocity.pointer(), sweep.velocity.length);
+            fetch(block, sweep.id.as_ptr(), sweep.id.len());
             sweep.round::<K, F, V, D>(block, number, round);
         });
     }

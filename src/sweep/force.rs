@@ -433,11 +433,11 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
         },
     };
     for_each_block(grid, &list.blocks, false, &|number, block| {
-        fetch(block, source.place.as_ptr());
-        fetch(block, source.motion.as_ptr());
-        fetch(block, force.pointer());
+        fetch(block, source.place.as_ptr(), source.place.len());
+        fetch(block, source.motion.as_ptr(), source.motion.len());
+        fetch(block, force.pointer(), force.length);
         if V::ON {
-            fetch(block, source.word.as_ptr());
+            fetch(block, source.word.as_ptr(), source.word.len());
         }
         let near = &list.near[number as usize];
         sweep_block::<K, F, V, P, D, CONSERVATIVE>(&source, near, &force, &kick, sums, number);

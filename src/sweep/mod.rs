@@ -94,10 +94,16 @@ impl<'a, T> Shared<'a, T> {
     }
 }
 
-/// Tells the machine that a block will be worked on: what its particles have in an array is then on its
-/// way to the core while the first pairs are. Rows jump about among a block's particles, in a way no
-/// machine foresees.
-pub(crate) fn fetch<T>(block: &BlockList, array: *const T) {
+/// Arrays of fewer bytes stay in a core's own cache anyway.
+const KEPT: usize = 1 << 19;
+
+/// Tells the machine that a block will be worked on: what its particles have in a large array is then
+/// on its way to the core while the first pairs are. Rows jump about among a block's particles, in a
+/// way no machine foresees.
+pub(crate) fn fetch<T>(block: &BlockList, array: *const T, length: usize) {
+    if length * size_of::<T>() < KEPT {
+        return;
+    }
     #[cfg(target_arch = "x86_64")]
     for part in block.region() {
         let (first, end) = (array.wrapping_add(part.start), array.wrapping_add(part.end));
@@ -112,7 +118,7 @@ pub(crate) fn fetch<T>(block: &BlockList, array: *const T) {
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (block, array);
+    let _ = block;
 }
 
 /// Calls `work` for every block and its number, colour by colour; in parallel where the pool has

@@ -138,7 +138,7 @@ def test_cost():
     assert cost.dt == cost.bounds[0].value == cost.bound.value
     assert cost.steps_per_time == pytest.approx(1 / cost.dt)
     assert cost.seconds_per_time == pytest.approx(cost.seconds_per_step / cost.dt)
-    assert 200 < cost.memory / cost.n_particles <= 1200
+    assert 200 < cost.memory / cost.n_particles <= 1600
     for part in ("exact pair splitting", "set by", "2 tau", "acoustic stability", "MB"):
         assert part in str(cost)
     assert s.cost("velocity_verlet", temperature_error=0.01).dt == pytest.approx(
