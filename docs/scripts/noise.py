@@ -131,8 +131,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         "one core; the ratios are of neighbours in time.",
         grid(["effect [1]", *VARIATES, "uniform − gaussian"], rows),
         f"One standard error. Lucy, $h/\\Delta x={SUPPORT:g}$ ({pairs:.0f} pairs per particle), "
-        f"$X=100$, $\\eta^*={ETA:g}$, $N={edge**3}$, $\\Delta t/\\tau={RATIO:g}$ without iterations, "
-        f"runs of ${duration:g}\\,\\tau$; $\\tau$ is that of the lattice.",
+        f"$X=100$, $\\eta^*={ETA:g}$, $N={edge**3}$, $\\Delta t/\\tau={RATIO:g}$ "
+        f"without iterations, runs of ${duration:g}\\,\\tau$; $\\tau$ is that of the lattice.",
     )
 
 
