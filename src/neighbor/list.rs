@@ -9,7 +9,7 @@ use super::Grid;
 use super::grid::coordinates;
 use crate::domain::PeriodicBox;
 use crate::error::Error;
-use crate::random::fmix64;
+use crate::random::{GOLDEN, fmix64};
 use crate::state::Particles;
 use crate::sweep::{
     LANES, MOST, Mixed, Separation, Task, Vector, Wide, first_lanes, kept_of_range, run_wide,
@@ -397,10 +397,9 @@ impl BlockList {
     /// runs ahead along the rows and the fluid comes out too thin at large steps; shuffled, less so.
     /// The hash also deals the pairs out to the rounds of a sweep.
     fn shuffle(&mut self, id: &[u64]) {
-        const MIX: u64 = 0x9E37_79B9_7F4A_7C15;
-        let hash = |slot: u32| fmix64(id[slot as usize].wrapping_add(MIX));
+        let hash = |slot: u32| fmix64(id[slot as usize].wrapping_add(GOLDEN));
         let bucket = |a: u64, b: u64| {
-            ((a ^ b).wrapping_mul(MIX) >> (64 - BUCKETS.trailing_zeros())) as usize
+            ((a ^ b).wrapping_mul(GOLDEN) >> (64 - BUCKETS.trailing_zeros())) as usize
         };
         self.counts.clear();
         self.counts.resize(BUCKETS + 1, 0);

@@ -138,10 +138,9 @@ fn pair_variates<'py>(
         )));
     };
     let key = SweepKey::new(seed, stream, step, draw);
-    let (a, b) = (id_a.as_array(), id_b.as_array());
-    check_partners(a.len(), b.len())?;
-    let mut table = Array2::zeros((a.len(), dimension));
-    for (k, (&a, &b)) in a.iter().zip(b.iter()).enumerate() {
+    let pairs = partners(&id_a, &id_b)?;
+    let mut table = Array2::zeros((pairs.len(), dimension));
+    for (k, &[a, b]) in pairs.iter().enumerate() {
         let words = key.pair_words(a, b);
         let xi = match variate {
             "gaussian" => Gaussian::draw::<Plain, f64>(words, 1.0, dimension),
@@ -167,10 +166,8 @@ fn force_variates<'py>(
     dimension: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     check_dimension(dimension)?;
-    let (a, b) = (id_a.as_array(), id_b.as_array());
-    check_partners(a.len(), b.len())?;
+    let pairs = partners(&id_a, &id_b)?;
     let key = SweepKey::new(seed, Stream::PairForce, step, 0);
-    let pairs: Vec<[u64; 2]> = a.iter().zip(b.iter()).map(|(&a, &b)| [a, b]).collect();
     let drawn = match variate {
         "gaussian" => force_variates_of::<Gaussian>(&key, &pairs),
         "uniform" => force_variates_of::<Uniform>(&key, &pairs),
@@ -180,13 +177,20 @@ fn force_variates<'py>(
     Ok(table.into_pyarray(py))
 }
 
-fn check_partners(first: usize, second: usize) -> PyResult<()> {
-    if first == second {
-        return Ok(());
+/// Pairs of ids from their first and second ends.
+fn partners(
+    id_a: &PyReadonlyArray1<'_, u64>,
+    id_b: &PyReadonlyArray1<'_, u64>,
+) -> PyResult<Vec<[u64; 2]>> {
+    let (a, b) = (id_a.as_array(), id_b.as_array());
+    if a.len() != b.len() {
+        return Err(invalid(format!(
+            "`id_b` must have the length of `id_a`, {}, got {}",
+            a.len(),
+            b.len()
+        )));
     }
-    Err(invalid(format!(
-        "`id_b` must have the length of `id_a`, {first}, got {second}"
-    )))
+    Ok(a.iter().zip(b.iter()).map(|(&a, &b)| [a, b]).collect())
 }
 
 fn no_variate(name: &str) -> PyErr {

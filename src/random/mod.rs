@@ -5,6 +5,7 @@ mod philox;
 mod sequence;
 mod variates;
 
+#[cfg(target_arch = "x86_64")]
 pub(crate) use philox::{MULTIPLIER_0, MULTIPLIER_1, ROUNDS, WEYL_0, WEYL_1};
 pub use philox::{philox4x32, philox4x32_lanes};
 pub use sequence::Sequence;
@@ -116,11 +117,11 @@ pub fn pair_counter(id_a: u64, id_b: u64) -> [u64; 2] {
 /// (a + b) + (c + d) = (a + d) + (b + c).
 #[inline(always)]
 pub fn blend(word_a: u64, word_b: u64, turn: u64) -> u64 {
-    fmix64(word_a.wrapping_add(word_b) ^ turn.wrapping_mul(TURN))
+    fmix64(word_a.wrapping_add(word_b) ^ turn.wrapping_mul(GOLDEN))
 }
 
-/// 2^64 by the golden ratio.
-const TURN: u64 = 0x9E37_79B9_7F4A_7C15;
+/// 2^64 by the golden ratio: multiples of it differ in all bits.
+pub const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// Finaliser of MurmurHash3 (Appleby): a bijection of 64-bit words with fmix64(0) = 0.
 #[inline(always)]

@@ -55,12 +55,12 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
                 self.give::<W>(&mut batch, length);
                 batch.row = self.near.ends.len();
             }
+            // Its end is known when all of it has been searched.
+            self.near.ends.push([head, u32::MAX]);
             while first < end {
                 if length == batch.begin + BATCH {
                     // A row longer than a batch.
-                    self.near.ends.push([head, u32::MAX]);
                     self.give::<W>(&mut batch, length);
-                    self.near.ends.pop();
                 }
                 let count = (end - first).min(batch.begin + BATCH - length);
                 // SAFETY: pairs of a row of this block, for which there are lanes, and a vector more.
@@ -79,6 +79,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
                 };
                 first += count;
             }
+            self.near.ends.pop();
             if length > before {
                 self.near.ends.push([head, length as u32]);
             }

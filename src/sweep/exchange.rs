@@ -5,8 +5,9 @@
 use std::marker::PhantomData;
 
 use super::couples::{Couples, Rest};
+use super::noise::Noise;
 use super::precision::Precision;
-use super::rows::{Noise, ROOM, whole};
+use super::rows::{ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::{CHUNK, Shared, Task, Wide, fetch, for_each_block, run_wide};
 use crate::domain::PeriodicBox;

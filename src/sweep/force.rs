@@ -6,8 +6,9 @@
 use std::marker::PhantomData;
 
 use super::density::know_near;
+use super::noise::{Noise, ParticleWords, particle_words};
 use super::precision::{Copies, Precision};
-use super::rows::{Companion, Ends, Noise, Pairs, ROOM, particle_words, whole};
+use super::rows::{Companion, Ends, Pairs, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wide::Vector;
 use super::{Shared, Task, Walk, Wide, fetch, for_each_block, run_wide};
@@ -347,7 +348,9 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
             _ => gather::<P, D, false, false>(source, near, walk, lanes),
         }
         if V::ON {
-            lanes.noise.draw_between::<F, V, D>(lanes.pairs.count);
+            lanes
+                .noise
+                .draw::<F, V, D>(ParticleWords, lanes.pairs.count);
             finish::<K, F, P, D, CONSERVATIVE, true>(lanes, near, kick, force, &mut virial);
         } else {
             finish::<K, F, P, D, CONSERVATIVE, false>(lanes, near, kick, force, &mut virial);
@@ -512,7 +515,7 @@ pub fn force_variates<V: Variate>(key: &SweepKey, pairs: &[[u64; 2]]) -> Vec<[f6
         for (lane, ids) in some.iter().enumerate() {
             noise.name_pair(lane, ids.map(|id| key.particle_word(id)));
         }
-        noise.draw_between::<General, V, 3>(some.len());
+        noise.draw::<General, V, 3>(ParticleWords, some.len());
         all.extend((0..some.len()).map(|lane| noise.xi.map(|xi| xi[lane])));
     }
     all

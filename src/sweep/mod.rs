@@ -10,6 +10,7 @@ mod density;
 mod exchange;
 mod force;
 mod heat_tally;
+mod noise;
 mod pair_state;
 mod precision;
 mod rows;
@@ -118,7 +119,7 @@ pub(crate) fn fetch<T>(block: &BlockList, array: *const T, length: usize) {
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = block;
+    let _ = (block, array);
 }
 
 /// Calls `work` for every block and its number, colour by colour; in parallel where the pool has

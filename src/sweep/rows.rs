@@ -1,19 +1,14 @@
 //! Pairs in lanes: the rows of a block's list, as many at a time as a chunk takes, and of these the
 //! pairs within the support.
 
-use std::marker::PhantomData;
 use std::ops::Range;
-
-use rayon::prelude::*;
 
 use super::precision::{Double, Precision};
 use super::wide::{LANES, Vector};
-use super::{CHUNK, Shared, Task, Walk, Wide, run_wide};
+use super::{CHUNK, Shared, Walk, Wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::{BlockList, Rows};
-use crate::physics::FrictionForm;
-use crate::random::{SweepKey, Variate, pair_counter};
-use crate::real::{ROUNDER, Real, ln};
+use crate::real::{ROUNDER, Real};
 
 /// Lanes of the widest registers.
 pub(crate) const MOST: usize = 2 * LANES;
@@ -161,10 +156,10 @@ pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
 
 /// Slots of both ends of as many pairs as a vector has lanes.
 pub(super) struct Ends<'a> {
-    heads: &'a [u32; MOST],
+    pub heads: &'a [u32; MOST],
     /// Have all of them the same head?
-    one: bool,
-    others: &'a [u32; MOST],
+    pub one: bool,
+    pub others: &'a [u32; MOST],
 }
 
 impl Ends<'_> {
@@ -214,7 +209,7 @@ pub(super) struct Pairs<P: Precision = Double> {
     /// Slots of the heads, lane by lane.
     heads: [u32; ROOM],
     /// Where the partners begin among the slots of the near pairs.
-    pub first: usize,
+    first: usize,
     pub r: [[P::Real; ROOM]; 3],
     pub r2: [P::Real; ROOM],
     /// s_i s_j.
@@ -246,11 +241,10 @@ impl<P: Precision> Pairs<P> {
         companion: &mut impl Companion<P::Vector<W>>,
     ) {
         (self.row_count, self.count) = (0, 0);
+        self.first = walk.pair as usize;
         let stop = walk.stop(&near.ends, CHUNK);
-        let mut end = stop as usize;
         while let Some((head, pairs)) = walk.next_row(&near.ends, stop) {
             let lane = self.count;
-            end = pairs.end;
             self.count += pairs.len();
             self.rows[self.row_count] = [head, self.count as u32];
             self.row_count += 1;
@@ -263,7 +257,6 @@ impl<P: Precision> Pairs<P> {
         let last = self.heads[self.count.max(1) - 1];
         self.heads[self.count..self.count + MOST].fill(last);
         let wrap = Wrap::<P, W>::new(cell);
-        self.first = end - self.count;
         // Vectors take no notice of where rows end: most have one head, the others gather theirs.
         for lane in (0..self.count).step_by(P::Vector::<W>::LANES) {
             // SAFETY: slots of particles; lanes for all pairs and a vector more.
@@ -285,6 +278,12 @@ impl<P: Precision> Pairs<P> {
                 companion.take(&ends, lane);
             }
         }
+    }
+
+    /// Slots of the partners, lane by lane.
+    #[inline(always)]
+    pub(super) fn others<'a>(&self, near: &'a Rows) -> &'a [u32] {
+        &near.slots[self.first..self.first + self.count]
     }
 
     /// Number of rows.
@@ -312,7 +311,7 @@ impl<P: Precision> Pairs<P> {
         records: &[[P::Real; 4]; ROOM],
         target: &Shared<'_, [f64; 4]>,
     ) {
-        let others = &near.slots[self.first..self.first + self.count];
+        let others = self.others(near);
         for n in 0..self.row_count() {
             let (head, lanes) = self.row_at(n);
             // Two sums, so that an addition need not wait for the one before.
@@ -355,272 +354,6 @@ impl<P: Precision> Pairs<P> {
             let number = record[a].double();
             sum[a] += number;
             other[a] -= number;
-        }
-    }
-}
-
-/// The random numbers of the pairs of a chunk.
-#[repr(align(64))]
-pub(super) struct Noise<const N: usize, R: Real = f64> {
-    /// Ids of heads and partners, after `draw` the counters made of them; or words of particles.
-    names: [[u64; ROOM]; 2],
-    sign: [R; ROOM],
-    words: [[u32; ROOM]; 4],
-    /// Variates.
-    pub xi: [[R; ROOM]; N],
-}
-
-impl<const N: usize, R: Real> Noise<N, R> {
-    pub(super) fn new() -> Self {
-        Self {
-            names: [[0; ROOM]; 2],
-            sign: [R::of(1.0); ROOM],
-            words: [[0; ROOM]; 4],
-            xi: [[R::ZERO; ROOM]; N],
-        }
-    }
-
-    /// Takes the names of as many pairs as a vector has lanes.
-    ///
-    /// # Safety
-    /// `of` has one for every slot, and there are as many lanes from `lane` on.
-    #[inline(always)]
-    pub(super) unsafe fn name<V: Vector>(&mut self, of: &[u64], ends: &Ends<'_>, lane: usize) {
-        // SAFETY: promised by the caller. Written one by one: a register would be put together by
-        // as many shuffles.
-        unsafe {
-            let to = [0, 1].map(|n: usize| self.names[n].as_mut_ptr().add(lane));
-            if ends.one {
-                let head = *of.get_unchecked(ends.heads[0] as usize);
-                std::slice::from_raw_parts_mut(to[0], V::LANES).fill(head);
-            } else {
-                for n in 0..V::LANES {
-                    let head = *of.get_unchecked(ends.heads[n] as usize);
-                    std::ptr::write_volatile(to[0].add(n), head);
-                }
-            }
-            for n in 0..V::LANES {
-                let other = *of.get_unchecked(ends.others[n] as usize);
-                std::ptr::write_volatile(to[1].add(n), other);
-            }
-        }
-    }
-
-    /// Takes the names of one pair.
-    pub(super) fn name_pair(&mut self, lane: usize, names: [u64; 2]) {
-        for n in 0..2 {
-            self.names[n][lane] = names[n];
-        }
-    }
-
-    /// Takes the ids of pairs of slots.
-    #[inline(always)]
-    pub(super) fn name_pairs(&mut self, slots: &[[u32; 2]; ROOM], count: usize, ids: &[u64]) {
-        for lane in 0..count.min(ROOM) {
-            for (names, slot) in self.names.iter_mut().zip(slots[lane]) {
-                // SAFETY: lanes in use hold slots of particles.
-                names[lane] = unsafe { *ids.get_unchecked(slot as usize) };
-            }
-        }
-    }
-
-    /// Counters of the pairs and the sign of the order of their ids.
-    #[inline(always)]
-    fn count(&mut self, count: usize, signed: bool) {
-        let [low, high] = &mut self.names;
-        let mut all = 0;
-        for lane in 0..count {
-            let (head, other) = (low[lane], high[lane]);
-            if signed {
-                self.sign[lane] = R::of(if head < other { 1.0 } else { -1.0 });
-            }
-            low[lane] = head.min(other);
-            high[lane] = head.max(other);
-            all |= head | other;
-        }
-        if all >> 32 != 0 {
-            // Ids are counted from 0: hardly ever.
-            for lane in 0..count {
-                [low[lane], high[lane]] = pair_counter(low[lane], high[lane]);
-            }
-        }
-    }
-
-    /// Draws the words of all lanes, once the pairs are counted.
-    #[inline(always)]
-    fn words<W: Wide>(&mut self, key: &SweepKey, count: usize) {
-        W::philox(&self.names, key.tail, key.key, &mut self.words, count);
-    }
-
-    /// The words of a lane.
-    #[inline(always)]
-    fn drawn(&self, lane: usize) -> [u64; 4] {
-        let [a, b, c, d] = &self.words;
-        [a[lane], b[lane], c[lane], d[lane]].map(u64::from)
-    }
-}
-
-/// Draws the noise of friction.
-struct Draw<'a, V, R: Real, const COUNT: usize, const SIGNED: bool> {
-    noise: &'a mut Noise<3, R>,
-    key: &'a SweepKey,
-    count: usize,
-    form: PhantomData<V>,
-}
-
-impl<V: Variate, R: Real, const COUNT: usize, const SIGNED: bool> Task
-    for Draw<'_, V, R, COUNT, SIGNED>
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn run<W: Wide>(self) {
-        let (noise, count) = (self.noise, whole::<R>(self.count));
-        noise.count(count, SIGNED);
-        noise.words::<W>(self.key, count);
-        for lane in 0..count {
-            let words = noise.drawn(lane);
-            let xi = V::draw::<W::Arithmetic, R>(words, noise.sign[lane], COUNT);
-            for a in 0..COUNT {
-                noise.xi[a][lane] = xi[a];
-            }
-        }
-    }
-}
-
-impl<R: Real> Noise<3, R> {
-    /// Draws what the form of friction wants of each pair: one number, or D of them, those of (i, j)
-    /// being those of (j, i) with the other sign.
-    pub(super) fn draw<F: FrictionForm, V: Variate, const D: usize>(
-        &mut self,
-        key: &SweepKey,
-        count: usize,
-    ) {
-        let (noise, form) = (self, PhantomData::<V>);
-        if F::CENTRAL {
-            run_wide(Draw::<V, R, 1, false> {
-                noise,
-                key,
-                count,
-                form,
-            });
-        } else {
-            run_wide(Draw::<V, R, D, true> {
-                noise,
-                key,
-                count,
-                form,
-            });
-        }
-    }
-}
-
-/// Draws the noise of forces, where the names are the words of the particles.
-struct DrawBetween<'a, V, R: Real, const COUNT: usize, const SIGNED: bool> {
-    noise: &'a mut Noise<3, R>,
-    count: usize,
-    form: PhantomData<V>,
-}
-
-impl<V: Variate, R: Real, const COUNT: usize, const SIGNED: bool> Task
-    for DrawBetween<'_, V, R, COUNT, SIGNED>
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn run<W: Wide>(self) {
-        let count = whole::<R>(self.count);
-        let Noise { names, xi, .. } = self.noise;
-        V::between::<R, ROOM, COUNT, SIGNED>(names, count, xi);
-    }
-}
-
-impl<R: Real> Noise<3, R> {
-    /// The same as `draw` where the names are the words of the particles ([`particle_words`]); the
-    /// order of these words is that of the signs.
-    pub(super) fn draw_between<F: FrictionForm, V: Variate, const D: usize>(
-        &mut self,
-        count: usize,
-    ) {
-        let (noise, form) = (self, PhantomData::<V>);
-        if F::CENTRAL {
-            run_wide(DrawBetween::<V, R, 1, false> { noise, count, form });
-        } else {
-            run_wide(DrawBetween::<V, R, D, true> { noise, count, form });
-        }
-    }
-}
-
-struct ParticleWords<'a> {
-    key: &'a SweepKey,
-    ids: &'a [u64],
-    words: &'a mut [u64],
-}
-
-impl Task for ParticleWords<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<W: Wide>(self) {
-        let mut names = [[0; CHUNK]; 2];
-        let mut drawn = [[0; CHUNK]; 4];
-        for (ids, words) in self.ids.chunks(CHUNK).zip(self.words.chunks_mut(CHUNK)) {
-            for (lane, &id) in ids.iter().enumerate() {
-                [names[0][lane], names[1][lane]] = pair_counter(id, id);
-            }
-            let count = ids.len().next_multiple_of(LANES);
-            W::philox(&names, self.key.tail, self.key.key, &mut drawn, count);
-            for (lane, word) in words.iter_mut().enumerate() {
-                *word = u64::from(drawn[0][lane]) | u64::from(drawn[1][lane]) << 32;
-            }
-        }
-    }
-}
-
-/// The word of each particle in a sweep ([`SweepKey::particle_word`]).
-pub(super) fn particle_words<'a>(
-    key: &SweepKey,
-    ids: &[u64],
-    words: &'a mut Vec<u64>,
-) -> &'a [u64] {
-    words.resize(ids.len(), 0);
-    let parts = words
-        .par_chunks_mut(16 * CHUNK)
-        .zip(ids.par_chunks(16 * CHUNK));
-    parts.for_each(|(words, ids)| run_wide(ParticleWords { key, ids, words }));
-    words
-}
-
-impl Noise<4> {
-    /// Draws four variates for each pair, with the sign of the order of ids.
-    #[inline(always)]
-    pub(super) fn draw_four<V: Variate, W: Wide>(&mut self, key: &SweepKey, count: usize) {
-        let count = whole::<f64>(count);
-        self.count(count, true);
-        self.words::<W>(key, count);
-        for lane in 0..count {
-            let xi = V::draw_four::<W::Arithmetic>(self.drawn(lane));
-            for a in 0..4 {
-                self.xi[a][lane] = self.sign[lane] * xi[a];
-            }
-        }
-    }
-
-    /// Logarithms of two numbers in (0, 1) for each pair that has been drawn for.
-    #[inline(always)]
-    pub(super) fn logarithms<W: Wide>(
-        &mut self,
-        key: &SweepKey,
-        count: usize,
-        chance: &mut [[f64; ROOM]; 2],
-    ) {
-        let count = whole::<f64>(count);
-        self.words::<W>(key, count);
-        for lane in 0..count {
-            let words = self.drawn(lane);
-            for n in 0..2 {
-                chance[n][lane] = ln(f64::unit_interval(words[n]));
-            }
         }
     }
 }

@@ -8,8 +8,9 @@ use std::marker::PhantomData;
 
 use super::couples::{Couples, Rest};
 use super::heat_tally::{Given, HeatMoment, HeatSums, HeatTally};
+use super::noise::Noise;
 use super::pair_state::Energies;
-use super::rows::{Noise, ROOM, whole};
+use super::rows::{ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wall_thermal::WallRounds;
 use super::wide::LANES;

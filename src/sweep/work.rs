@@ -51,10 +51,11 @@ impl<W: Wide> Companion<W> for Approach<'_> {
 impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
     /// r_ij F r_ij.(A_j u_i + A_i u_j), summed over the pairs of a chunk with the given F.
     fn hand_over(&self, pairs: &Pairs, slope: &[f64; ROOM], sum: &mut Flow) {
+        let others = pairs.others(self.near);
         for n in 0..pairs.row_count() {
             let (head, lanes) = pairs.row_at(n);
             for lane in lanes {
-                let (i, j) = (head as usize, self.near.slots[pairs.first + lane] as usize);
+                let (i, j) = (head as usize, others[lane] as usize);
                 let [u, w] = [i, j].map(|slot| &self.mean[slot]);
                 let [a_i, a_j] = [i, j].map(|slot| self.velocity[slot][3]);
                 let mut power = 0.0;
@@ -103,15 +104,14 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
             if self.current.is_some() {
                 self.hand_over(&pairs, &slope, handed.pressure());
             }
+            let others = pairs.others(self.near);
             for n in 0..pairs.row_count() {
                 let (head, lanes) = pairs.row_at(n);
                 let mut sum = 0.0;
                 for lane in lanes {
                     sum += approach[lane];
                     // SAFETY: blocks of one colour share no particle, and other != head.
-                    unsafe {
-                        *self.work.slot(self.near.slots[pairs.first + lane]) += approach[lane]
-                    };
+                    unsafe { *self.work.slot(others[lane]) += approach[lane] };
                 }
                 // SAFETY: as above.
                 unsafe { *self.work.slot(head) += sum };

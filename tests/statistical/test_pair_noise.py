@@ -109,9 +109,8 @@ def test_sum_of_the_pairs_of_a_particle(variate: str) -> None:
 def test_bits_of_uniform_variates() -> None:
     """Each of the 21 bits is set half of the time, and no two go together."""
     x = draw("uniform", 0, 1)
-    b = draw("uniform", 0, 1) / np.sqrt(12.0)
     assert np.abs(np.abs(x).max() - 3**0.5) < 1e-5
-    fields = np.rint((b + 0.5) * 2.0**21 - 0.5).astype(np.int64)
+    fields = np.rint((x / np.sqrt(12.0) + 0.5) * 2.0**21 - 0.5).astype(np.int64)
     bits = np.concatenate([(fields >> k) & 1 for k in range(21)], axis=1).astype(float) - 0.5
     z = bits.mean(axis=0) * 2.0 * np.sqrt(N)
     assert np.abs(z).max() < SIGMAS

@@ -170,6 +170,7 @@ pub trait Wide: Vector<Number = f64> {
 ///
 /// # Safety
 /// There is one.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 unsafe fn slot(slots: *const u32, lane: usize) -> usize {
     // SAFETY: promised by the caller.
