@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use rayon::prelude::*;
 
 use super::precision::{Copies, Precision};
-use super::rows::{MOST, near_partners};
+use super::rows::{MOST, STRIDE, near_partners, row_sums};
 use super::{Shared, Task, Wide, fetch, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
@@ -20,7 +20,7 @@ const BATCH: usize = 1024;
 /// Square distances of some pairs, then their weights.
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Batch<R> {
-    lanes: [R; BATCH + MOST],
+    lanes: [R; BATCH + STRIDE],
     /// Their first row among the near ones, and where they begin among the slots.
     row: usize,
     begin: usize,
@@ -44,7 +44,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
         let block = self.block;
         self.near.ends.clear();
         let mut batch = Batch {
-            lanes: [P::Real::ZERO; BATCH + MOST],
+            lanes: [P::Real::ZERO; BATCH + STRIDE],
             row: 0,
             begin: 0,
         };
@@ -96,37 +96,25 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
         let Some(density) = self.density else {
             return;
         };
-        let lanes = &mut batch.lanes[..(end - begin).next_multiple_of(MOST)];
-        for x in &mut *lanes {
+        let count = end - begin;
+        for x in &mut batch.lanes[..count.next_multiple_of(MOST)] {
             let r2 = *x;
             *x = K::w::<_, D>(r2 * r2.at_least(P::Real::TINY).inverse_root::<W::Arithmetic>());
         }
-        let mut lanes = &lanes[..];
+        for (w, &slot) in batch.lanes[..count].iter().zip(&self.near.slots[begin..end]) {
+            // SAFETY: blocks of one colour share no particle.
+            unsafe { *density.slot(slot) += w.double() };
+        }
+        let mut weights = batch.lanes.as_ptr();
         for &[head, until] in &self.near.ends[batch.row..] {
             let until = (until as usize).min(end);
-            let (weights, rest) = lanes.split_at(until - begin);
-            let slots = &self.near.slots[begin..until];
-            (lanes, begin) = (rest, until);
-            // SAFETY: blocks of one colour share no particle, and other != head.
-            let give = |w: P::Real, slot: u32| unsafe {
-                let w = w.double();
-                *density.slot(slot) += w;
-                w
-            };
-            // Four sums, so that an addition need not wait for the one before.
-            let mut own = [0.0; 4];
-            let mut fours = weights.chunks_exact(4).zip(slots.chunks_exact(4));
-            for (w, slot) in &mut fours {
-                for n in 0..4 {
-                    own[n] += give(w[n], slot[n]);
-                }
+            // SAFETY: as above; the row's lanes, and a stride more.
+            unsafe {
+                let [sum, ..] = row_sums::<P, W, 1>([weights], until - begin);
+                *density.slot(head) += sum;
+                weights = weights.add(until - begin);
             }
-            let done = weights.len() - weights.len() % 4;
-            for (&w, &slot) in weights[done..].iter().zip(&slots[done..]) {
-                own[0] += give(w, slot);
-            }
-            // SAFETY: as above.
-            unsafe { *density.slot(head) += (own[0] + own[1]) + (own[2] + own[3]) };
+            begin = until;
         }
     }
 }

@@ -28,7 +28,6 @@ struct Lanes<P: Precision> {
     pressure: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
     force: [[P::Real; ROOM]; 3],
-    records: [[P::Real; 4]; ROOM],
 }
 
 /// What a sweep reads.
@@ -193,16 +192,6 @@ where
                 lanes.force[a][k] = f[a];
             }
         }
-        for k in (0..count).step_by(P::Vector::<W>::LANES) {
-            // SAFETY: all arrays hold a vector from k on.
-            unsafe {
-                let x = P::Vector::<W>::load(lanes.force[0].as_ptr().add(k));
-                let y = P::Vector::<W>::load(lanes.force[1].as_ptr().add(k));
-                let z = P::Vector::<W>::load(lanes.force[2].as_ptr().add(k));
-                let columns = [x, y, z, P::Vector::<W>::splat(zero)];
-                P::Vector::<W>::records(columns, lanes.records.as_mut_ptr().add(k));
-            }
-        }
     }
 }
 
@@ -218,12 +207,9 @@ impl<P: Precision> Task for Scatter<'_, P> {
 
     #[inline(always)]
     fn run<W: Wide>(self) {
+        let Lanes { pairs, force, .. } = self.lanes;
         // SAFETY: blocks of one colour share no particle.
-        unsafe {
-            self.lanes
-                .pairs
-                .scatter(self.near, &self.lanes.records, self.force)
-        }
+        unsafe { pairs.scatter::<W>(self.near, force, self.force) }
     }
 }
 
@@ -337,7 +323,6 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
         pressure: [P::Real::ZERO; ROOM],
         noise: Noise::new(),
         force: zero,
-        records: [[P::Real::ZERO; 4]; ROOM],
     };
     let walk = &mut Walk::default();
     let mut virial = sums.map(Virial::new);

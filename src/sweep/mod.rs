@@ -81,6 +81,12 @@ impl<'a, T> Shared<'a, T> {
         self.data
     }
 
+    /// The first element, to be written to.
+    #[inline(always)]
+    pub(crate) fn start(&self) -> *mut T {
+        self.data
+    }
+
     /// The element of a slot.
     ///
     /// # Safety

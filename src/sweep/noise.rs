@@ -38,22 +38,21 @@ impl<const N: usize, R: Real> Noise<N, R> {
     /// `of` has one for every slot, and there are as many lanes from `lane` on.
     #[inline(always)]
     pub(super) unsafe fn name<V: Vector>(&mut self, of: &[u64], ends: &Ends<'_>, lane: usize) {
-        // SAFETY: promised by the caller. Written one by one: a register would be put together by
-        // as many shuffles.
+        // SAFETY: promised by the caller. Those of partners are written one by one: a register would
+        // be put together by as many shuffles.
         unsafe {
             let to = [0, 1].map(|n: usize| self.names[n].as_mut_ptr().add(lane));
-            if ends.one {
-                let head = *of.get_unchecked(ends.heads[0] as usize);
-                std::slice::from_raw_parts_mut(to[0], V::LANES).fill(head);
+            let of = |slot: u32| *of.get_unchecked(slot as usize);
+            if ends.two {
+                let words = [of(ends.heads[0]), of(ends.heads[V::LANES - 1])];
+                V::store_either(ends.first, words, to[0]);
             } else {
                 for n in 0..V::LANES {
-                    let head = *of.get_unchecked(ends.heads[n] as usize);
-                    std::ptr::write_volatile(to[0].add(n), head);
+                    std::ptr::write_volatile(to[0].add(n), of(ends.heads[n]));
                 }
             }
             for n in 0..V::LANES {
-                let other = *of.get_unchecked(ends.others[n] as usize);
-                std::ptr::write_volatile(to[1].add(n), other);
+                std::ptr::write_volatile(to[1].add(n), of(ends.others[n]));
             }
         }
     }

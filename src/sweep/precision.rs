@@ -80,6 +80,11 @@ pub trait Precision: Copy + Send + Sync + 'static {
         inverse: Self::Vector<W>,
         rounder: Self::Vector<W>,
     ) -> Self::Vector<W>;
+    /// Eight numbers in a row, in double precision.
+    ///
+    /// # Safety
+    /// There are as many.
+    unsafe fn eight<W: Wide>(from: *const Self::Real) -> W;
     /// Positions as the lanes want them, with what else their records carry.
     fn places<'a>(
         position: &'a [[f64; 4]],
@@ -113,6 +118,11 @@ impl Precision for Double {
         let turns = rounder.plus_product(r, inverse).minus(rounder);
         r.less_product(edge, turns)
     }
+    #[inline(always)]
+    unsafe fn eight<W: Wide>(from: *const f64) -> W {
+        // SAFETY: promised by the caller.
+        unsafe { W::load(from) }
+    }
     fn places<'a>(
         position: &'a [[f64; 4]],
         _: &PeriodicBox,
@@ -142,6 +152,11 @@ impl Precision for Mixed {
         _: W::Single,
     ) -> W::Single {
         first.turned_from(second).times(edge)
+    }
+    #[inline(always)]
+    unsafe fn eight<W: Wide>(from: *const f32) -> W {
+        // SAFETY: promised by the caller.
+        unsafe { W::widened(from) }
     }
     fn places<'a>(
         position: &'a [[f64; 4]],

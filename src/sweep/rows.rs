@@ -13,8 +13,11 @@ use crate::real::{ROUNDER, Real};
 /// Lanes of the widest registers.
 pub(crate) const MOST: usize = 2 * LANES;
 
+/// Lanes of a row that are worked off without a look at where it ends, which no machine foresees.
+pub(super) const STRIDE: usize = 4 * LANES;
+
 /// Lanes of a chunk, with room for what the last ones leave over.
-pub(super) const ROOM: usize = CHUNK + MOST;
+pub(super) const ROOM: usize = CHUNK + STRIDE;
 
 /// Number of lanes to compute for `count` pairs: whole vectors, the rest being leftovers.
 #[inline(always)]
@@ -157,24 +160,44 @@ pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
 /// Slots of both ends of as many pairs as a vector has lanes.
 pub(super) struct Ends<'a> {
     pub heads: &'a [u32; MOST],
-    /// Have all of them the same head?
-    pub one: bool,
+    /// Bits of the lanes whose head is that of the first one.
+    pub first: u32,
+    /// Have all others that of the last one?
+    pub two: bool,
     pub others: &'a [u32; MOST],
 }
 
-impl Ends<'_> {
+impl<'a> Ends<'a> {
+    #[inline(always)]
+    fn new<V: Vector>(heads: &'a [u32; MOST], others: &'a [u32; MOST]) -> Self {
+        let first = V::equal(heads, heads[0]);
+        let last = V::equal(heads, heads[V::LANES - 1]);
+        Self {
+            heads,
+            first,
+            two: first | last == first_lanes::<V>(V::LANES),
+            others,
+        }
+    }
+
     /// The columns of the heads' records.
     ///
     /// # Safety
     /// `base` has a record for every slot.
     #[inline(always)]
     pub(super) unsafe fn of_heads<V: Vector>(&self, base: &[[V::Number; 4]]) -> [V; 4] {
-        if self.one {
-            // SAFETY: promised by the caller.
-            four(unsafe { base.get_unchecked(self.heads[0] as usize) })
-        } else {
-            // SAFETY: as above.
-            unsafe { V::columns(base.as_ptr(), self.heads.as_ptr()) }
+        // SAFETY: promised by the caller.
+        unsafe {
+            if !self.two {
+                return V::columns(base.as_ptr(), self.heads.as_ptr());
+            }
+            // Nearly always. Whether there are two or one is not worth a look.
+            let mut columns = four::<V>(base.get_unchecked(self.heads[0] as usize));
+            let last = four::<V>(base.get_unchecked(self.heads[V::LANES - 1] as usize));
+            for (column, last) in columns.iter_mut().zip(last) {
+                *column = column.or(self.first, last);
+            }
+            columns
         }
     }
 
@@ -187,6 +210,34 @@ impl Ends<'_> {
         // SAFETY: promised by the caller.
         unsafe { V::columns(base.as_ptr(), self.others.as_ptr()) }
     }
+}
+
+/// Sums over the `count` lanes of a row, in double precision, of up to four arrays from its lane on.
+///
+/// # Safety
+/// The arrays hold that many numbers and [`STRIDE`] more.
+#[inline(always)]
+pub(super) unsafe fn row_sums<P: Precision, W: Wide, const N: usize>(
+    arrays: [*const P::Real; N],
+    count: usize,
+) -> [f64; 4] {
+    let zero = W::splat(0.0);
+    let mut sums = [zero; 4];
+    for k in (0..count).step_by(STRIDE) {
+        let keep = ((1_u64 << (count - k).min(STRIDE)) - 1) as u32;
+        for n in 0..N {
+            let mut eights = [zero; STRIDE / LANES];
+            for (part, eight) in eights.iter_mut().enumerate() {
+                let lane = LANES * part;
+                // SAFETY: promised by the caller.
+                let numbers = unsafe { P::eight::<W>(arrays[n].add(k + lane)) };
+                *eight = numbers.or(keep >> lane, zero);
+            }
+            let [a, b, c, d] = eights;
+            sums[n] = sums[n].plus(a.plus(b).plus(c.plus(d)));
+        }
+    }
+    W::sums(sums)
 }
 
 /// What a sweep wants to know of pairs beside their geometry.
@@ -248,25 +299,22 @@ impl<P: Precision> Pairs<P> {
             self.count += pairs.len();
             self.rows[self.row_count] = [head, self.count as u32];
             self.row_count += 1;
-            // A vector at a time: the next row overwrites what is behind this one.
-            for k in (lane..self.count).step_by(MOST) {
-                self.heads[k..k + MOST].fill(head);
+            // The next row overwrites what is behind this one.
+            for k in (lane..self.count).step_by(STRIDE) {
+                self.heads[k..k + STRIDE].fill(head);
             }
         }
         // What the last vector holds beyond, whatever it holds: slots of particles.
         let last = self.heads[self.count.max(1) - 1];
         self.heads[self.count..self.count + MOST].fill(last);
         let wrap = Wrap::<P, W>::new(cell);
-        // Vectors take no notice of where rows end: most have one head, the others gather theirs.
+        // Vectors take no notice of where rows end: hardly any has more than two heads.
         for lane in (0..self.count).step_by(P::Vector::<W>::LANES) {
             // SAFETY: slots of particles; lanes for all pairs and a vector more.
             unsafe {
                 let heads = &*self.heads.as_ptr().add(lane).cast::<[u32; MOST]>();
-                let ends = Ends {
-                    heads,
-                    one: heads[0] == heads[P::Vector::<W>::LANES - 1],
-                    others: &*near.slots.as_ptr().add(self.first + lane).cast(),
-                };
+                let others = &*near.slots.as_ptr().add(self.first + lane).cast();
+                let ends = Ends::new::<P::Vector<W>>(heads, others);
                 let (here, there) = (ends.of_heads(place), ends.of_others(place));
                 let (r, r2) = wrap.between::<D>(&here, &there);
                 for a in 0..D {
@@ -300,60 +348,49 @@ impl<P: Precision> Pairs<P> {
         (head, begin as usize..end as usize)
     }
 
-    /// Adds what is in the lanes to the heads and takes it from the partners.
+    /// Adds what is in the lanes of three arrays to the records of the heads and takes it from those of
+    /// the partners.
     ///
     /// # Safety
     /// The pairs are those of `near`; no other thread uses the slots of this block.
     #[inline(always)]
-    pub(super) unsafe fn scatter(
+    pub(super) unsafe fn scatter<W: Wide>(
         &self,
         near: &Rows,
-        records: &[[P::Real; 4]; ROOM],
+        columns: &[[P::Real; ROOM]; 3],
         target: &Shared<'_, [f64; 4]>,
     ) {
-        let others = self.others(near);
-        for n in 0..self.row_count() {
-            let (head, lanes) = self.row_at(n);
-            // Two sums, so that an addition need not wait for the one before.
-            let (mut even, mut odd) = ([0.0; 4], [0.0; 4]);
-            let (mut lane, end) = (lanes.start, lanes.end);
-            // SAFETY: promised by the caller; a partner is never the head itself.
+        let lanes = P::Vector::<W>::LANES;
+        let zero = P::Vector::<W>::splat(P::Real::ZERO);
+        let mut axes = [zero; 3];
+        for lane in (0..self.count).step_by(lanes) {
+            // What is behind the last pair leads to particles as well, and nothing is taken from them.
+            let pairs = first_lanes::<P::Vector<W>>(self.count - lane);
+            // SAFETY: promised by the caller; lanes and slots for a vector.
             unsafe {
-                while lane + 1 < end {
-                    Self::take(records, others, target, lane, &mut even);
-                    Self::take(records, others, target, lane + 1, &mut odd);
-                    lane += 2;
+                for (axis, column) in axes.iter_mut().zip(columns) {
+                    *axis = P::Vector::<W>::load(column.as_ptr().add(lane)).or(pairs, zero);
                 }
-                if lane < end {
-                    Self::take(records, others, target, lane, &mut even);
-                }
-                let own = target.slot(head);
-                for a in 0..4 {
-                    own[a] += even[a] + odd[a];
-                }
+                let slots = near.slots.as_ptr().add(self.first + lane);
+                P::Vector::<W>::take(axes, target.start(), slots);
             }
         }
-    }
-
-    #[inline(always)]
-    unsafe fn take(
-        records: &[[P::Real; 4]; ROOM],
-        others: &[u32],
-        target: &Shared<'_, [f64; 4]>,
-        lane: usize,
-        sum: &mut [f64; 4],
-    ) {
-        // SAFETY: promised by the caller.
-        let (record, other) = unsafe {
-            (
-                records.get_unchecked(lane),
-                target.slot(*others.get_unchecked(lane)),
-            )
-        };
-        for a in 0..4 {
-            let number = record[a].double();
-            sum[a] += number;
-            other[a] -= number;
+        for n in 0..self.row_count() {
+            let (head, lanes) = self.row_at(n);
+            // SAFETY: promised by the caller; rows begin within the chunk.
+            unsafe {
+                let [x, y, z] = columns;
+                let arrays = [
+                    x.as_ptr().add(lanes.start),
+                    y.as_ptr().add(lanes.start),
+                    z.as_ptr().add(lanes.start),
+                ];
+                let sums = row_sums::<P, W, 3>(arrays, lanes.len());
+                let own = target.slot(head);
+                for a in 0..4 {
+                    own[a] += sums[a];
+                }
+            }
         }
     }
 }

@@ -94,14 +94,14 @@ impl Vector for Avx2 {
         }
     }
     #[inline(always)]
-    unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
+    unsafe fn take([x, y, z]: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
         unsafe {
-            let [x, y, z, last] = columns;
-            let low = transpose([x.0, y.0, z.0, last.0]);
-            let high = transpose([x.1, y.1, z.1, last.1]);
-            for k in 0..4 {
-                _mm256_storeu_pd(to.add(k).cast(), low[k]);
-                _mm256_storeu_pd(to.add(4 + k).cast(), high[k]);
+            let zero = _mm256_setzero_pd();
+            let halves = [transpose([x.0, y.0, z.0, zero]), transpose([x.1, y.1, z.1, zero])];
+            for (half, records) in halves.into_iter().enumerate() {
+                for (k, record) in records.into_iter().enumerate() {
+                    take(record, from, slots.add(4 * half + k));
+                }
             }
         }
     }
@@ -119,11 +119,113 @@ impl Vector for Avx2 {
             _mm256_storeu_pd(to, _mm256_castsi256_pd(second));
         }
     }
+    #[inline(always)]
+    fn or(self, keep: u32, other: Self) -> Self {
+        unsafe {
+            let bits = _mm256_set1_epi64x(keep.into());
+            let (low, high) = (_mm256_setr_epi64x(1, 2, 4, 8), _mm256_setr_epi64x(16, 32, 64, 128));
+            let low = _mm256_cmpeq_epi64(_mm256_and_si256(bits, low), low);
+            let high = _mm256_cmpeq_epi64(_mm256_and_si256(bits, high), high);
+            Self(
+                _mm256_blendv_pd(other.0, self.0, _mm256_castsi256_pd(low)),
+                _mm256_blendv_pd(other.1, self.1, _mm256_castsi256_pd(high)),
+            )
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_either(keep: u32, [set, unset]: [u64; 2], to: *mut u64) {
+        // Numbers are moved as they are.
+        let words = Self::splat(f64::from_bits(set)).or(keep, Self::splat(f64::from_bits(unset)));
+        unsafe { words.store(to.cast()) }
+    }
+    #[inline(always)]
+    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
+        unsafe { equal(numbers.as_ptr(), number) }
+    }
+}
+
+/// Takes a record from that of a slot.
+#[inline(always)]
+pub(super) unsafe fn take(record: __m256d, from: *mut [f64; 4], slots: *const u32) {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        let to = from.add(slot(slots, 0)).cast();
+        _mm256_storeu_pd(to, _mm256_sub_pd(_mm256_loadu_pd(to), record));
+    }
+}
+
+/// The same for four records in single precision, one after the other.
+#[inline(always)]
+pub(super) unsafe fn take_four(records: [__m128; 4], from: *mut [f64; 4], slots: *const u32) {
+    for (k, record) in records.into_iter().enumerate() {
+        // SAFETY: the machine has the instructions, pointers are the caller's.
+        unsafe { take(_mm256_cvtps_pd(record), from, slots.add(k)) };
+    }
+}
+
+/// Bit k is set where number k of eight is that one.
+#[inline(always)]
+unsafe fn equal(numbers: *const u32, number: u32) -> u32 {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        let eight = _mm256_loadu_si256(numbers.cast());
+        let same = _mm256_cmpeq_epi32(eight, _mm256_set1_epi32(number as i32));
+        _mm256_movemask_ps(_mm256_castsi256_ps(same)) as u32
+    }
+}
+
+/// x0 + x1, y0 + y1, x2 + x3, y2 + y3.
+#[inline(always)]
+unsafe fn neighbours(x: __m256d, y: __m256d) -> __m256d {
+    // SAFETY: the machine has the instructions.
+    unsafe { _mm256_add_pd(_mm256_unpacklo_pd(x, y), _mm256_unpackhi_pd(x, y)) }
+}
+
+/// The last sums of four columns whose neighbours have been added: of the lower and upper half of
+/// x01 y01 x23 y23 .. and of z01 w01 ..
+#[inline(always)]
+pub(super) unsafe fn folded(t: [__m256d; 2], u: [__m256d; 2]) -> [f64; 4] {
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        let (t, u) = (_mm256_add_pd(t[0], t[1]), _mm256_add_pd(u[0], u[1]));
+        let first = _mm256_permute2f128_pd::<0x20>(t, u);
+        let second = _mm256_permute2f128_pd::<0x31>(t, u);
+        std::mem::transmute(_mm256_add_pd(first, second))
+    }
 }
 
 impl Wide for Avx2 {
     type Arithmetic = Fused;
     type Single = Single;
+    #[inline(always)]
+    unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
+        unsafe {
+            let [x, y, z, last] = columns;
+            let low = transpose([x.0, y.0, z.0, last.0]);
+            let high = transpose([x.1, y.1, z.1, last.1]);
+            for k in 0..4 {
+                _mm256_storeu_pd(to.add(k).cast(), low[k]);
+                _mm256_storeu_pd(to.add(4 + k).cast(), high[k]);
+            }
+        }
+    }
+    #[inline(always)]
+    unsafe fn widened(from: *const f32) -> Self {
+        unsafe {
+            let (low, high) = (_mm_loadu_ps(from), _mm_loadu_ps(from.add(4)));
+            Self(_mm256_cvtps_pd(low), _mm256_cvtps_pd(high))
+        }
+    }
+    #[inline(always)]
+    fn sums([x, y, z, last]: [Self; 4]) -> [f64; 4] {
+        // SAFETY: the machine has the instructions.
+        unsafe {
+            folded(
+                [neighbours(x.0, y.0), neighbours(x.1, y.1)],
+                [neighbours(z.0, last.0), neighbours(z.1, last.1)],
+            )
+        }
+    }
     #[inline(always)]
     fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES] {
         // SAFETY: the machine has the instructions; numbers of 32 bits are moved.
@@ -239,19 +341,26 @@ impl Vector for Single {
         }
     }
     #[inline(always)]
-    unsafe fn records(columns: [Self; 4], to: *mut [f32; 4]) {
+    unsafe fn take([x, y, z]: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
         unsafe {
-            let [x, y, z, last] = columns;
-            let halves = [
-                transposed([x.0, y.0, z.0, last.0]),
-                transposed([x.1, y.1, z.1, last.1]),
-            ];
-            for (half, twos) in halves.into_iter().enumerate() {
-                for (k, two) in twos.into_iter().enumerate() {
-                    let to = to.add(8 * half + k);
-                    _mm_storeu_ps(to.cast(), _mm256_castps256_ps128(two));
-                    _mm_storeu_ps(to.add(4).cast(), _mm256_extractf128_ps::<1>(two));
-                }
+            let zero = _mm256_setzero_ps();
+            let halves = [transposed([x.0, y.0, z.0, zero]), transposed([x.1, y.1, z.1, zero])];
+            for (half, [p, q, r, s]) in halves.into_iter().enumerate() {
+                let slots = slots.add(8 * half);
+                let low = [
+                    _mm256_castps256_ps128(p),
+                    _mm256_castps256_ps128(q),
+                    _mm256_castps256_ps128(r),
+                    _mm256_castps256_ps128(s),
+                ];
+                take_four(low, from, slots);
+                let high = [
+                    _mm256_extractf128_ps::<1>(p),
+                    _mm256_extractf128_ps::<1>(q),
+                    _mm256_extractf128_ps::<1>(r),
+                    _mm256_extractf128_ps::<1>(s),
+                ];
+                take_four(high, from, slots.add(4));
             }
         }
     }
@@ -262,6 +371,34 @@ impl Vector for Single {
             // The second half goes where the first ends.
             _mm256_storeu_ps(to, in_front(self.0, low));
             _mm256_storeu_ps(to.add(low.count_ones() as usize), in_front(self.1, high));
+        }
+    }
+    #[inline(always)]
+    fn or(self, keep: u32, other: Self) -> Self {
+        unsafe {
+            let places = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let set = |bits: u32| {
+                let bits = _mm256_and_si256(_mm256_set1_epi32(bits as i32), places);
+                _mm256_castsi256_ps(_mm256_cmpeq_epi32(bits, places))
+            };
+            Self(
+                _mm256_blendv_ps(other.0, self.0, set(keep)),
+                _mm256_blendv_ps(other.1, self.1, set(keep >> LANES)),
+            )
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64) {
+        unsafe {
+            Avx2::store_either(keep, words, to);
+            Avx2::store_either(keep >> LANES, words, to.add(LANES));
+        }
+    }
+    #[inline(always)]
+    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
+        unsafe {
+            let (low, high) = (numbers.as_ptr(), numbers.as_ptr().add(LANES));
+            equal(low, number) | equal(high, number) << LANES
         }
     }
 }

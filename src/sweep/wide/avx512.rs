@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::avx2::record;
+use super::avx2::{folded, record, take, take_four};
 use super::{LANES, Turning, Vector, Wide, slot};
 use crate::random::{MULTIPLIER_0, MULTIPLIER_1, ROUNDS, WEYL_0, WEYL_1};
 use crate::real::Fused;
@@ -60,6 +60,54 @@ impl Vector for Avx512 {
         }
     }
     #[inline(always)]
+    unsafe fn take(columns: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
+        unsafe {
+            let ([x, y, z], zero) = (columns.map(|column| column.0), _mm512_setzero_pd());
+            // x0 y0 x2 y2 .. and z0 0 z2 0 ..; then the odd ones.
+            let (t0, t1) = (_mm512_unpacklo_pd(x, y), _mm512_unpackhi_pd(x, y));
+            let (u0, u1) = (_mm512_unpacklo_pd(z, zero), _mm512_unpackhi_pd(z, zero));
+            let low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+            let high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+            let even = _mm512_permutex2var_pd(t0, low, u0);
+            let odd = _mm512_permutex2var_pd(t1, low, u1);
+            take(_mm512_castpd512_pd256(even), from, slots);
+            take(_mm512_castpd512_pd256(odd), from, slots.add(1));
+            take(_mm512_extractf64x4_pd::<1>(even), from, slots.add(2));
+            take(_mm512_extractf64x4_pd::<1>(odd), from, slots.add(3));
+            let even = _mm512_permutex2var_pd(t0, high, u0);
+            let odd = _mm512_permutex2var_pd(t1, high, u1);
+            take(_mm512_castpd512_pd256(even), from, slots.add(4));
+            take(_mm512_castpd512_pd256(odd), from, slots.add(5));
+            take(_mm512_extractf64x4_pd::<1>(even), from, slots.add(6));
+            take(_mm512_extractf64x4_pd::<1>(odd), from, slots.add(7));
+        }
+    }
+    #[inline(always)]
+    unsafe fn store_kept(self, keep: u32, to: *mut f64) {
+        unsafe { _mm512_storeu_pd(to, _mm512_maskz_compress_pd(keep as u8, self.0)) }
+    }
+    #[inline(always)]
+    fn or(self, keep: u32, other: Self) -> Self {
+        unsafe { Self(_mm512_mask_mov_pd(other.0, keep as u8, self.0)) }
+    }
+    #[inline(always)]
+    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64) {
+        unsafe { store_either(keep as u8, words, to) }
+    }
+    #[inline(always)]
+    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
+        unsafe {
+            let eight = _mm256_loadu_si256(numbers.as_ptr().cast());
+            u32::from(_mm256_cmpeq_epi32_mask(eight, _mm256_set1_epi32(number as i32)))
+        }
+    }
+}
+
+#[allow(clippy::undocumented_unsafe_blocks)]
+impl Wide for Avx512 {
+    type Arithmetic = Fused;
+    type Single = Single;
+    #[inline(always)]
     unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
         unsafe {
             let [x, y, z, last] = columns.map(|column| column.0);
@@ -82,15 +130,23 @@ impl Vector for Avx512 {
         }
     }
     #[inline(always)]
-    unsafe fn store_kept(self, keep: u32, to: *mut f64) {
-        unsafe { _mm512_storeu_pd(to, _mm512_maskz_compress_pd(keep as u8, self.0)) }
+    unsafe fn widened(from: *const f32) -> Self {
+        unsafe { Self(_mm512_cvtps_pd(_mm256_loadu_ps(from))) }
     }
-}
-
-#[allow(clippy::undocumented_unsafe_blocks)]
-impl Wide for Avx512 {
-    type Arithmetic = Fused;
-    type Single = Single;
+    #[inline(always)]
+    fn sums(columns: [Self; 4]) -> [f64; 4] {
+        let [x, y, z, last] = columns.map(|column| column.0);
+        // SAFETY: the machine has the instructions.
+        unsafe {
+            // Neighbours: x01 y01 x23 y23 ..
+            let t = _mm512_add_pd(_mm512_unpacklo_pd(x, y), _mm512_unpackhi_pd(x, y));
+            let u = _mm512_add_pd(_mm512_unpacklo_pd(z, last), _mm512_unpackhi_pd(z, last));
+            folded(
+                [_mm512_castpd512_pd256(t), _mm512_extractf64x4_pd::<1>(t)],
+                [_mm512_castpd512_pd256(u), _mm512_extractf64x4_pd::<1>(u)],
+            )
+        }
+    }
     #[inline(always)]
     fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES] {
         // SAFETY: the machine has the instructions; numbers of 32 bits are moved.
@@ -142,6 +198,16 @@ impl Wide for Avx512 {
             let before = _mm512_conflict_epi32(all);
             u32::from(_mm512_test_epi32_mask(before, before))
         }
+    }
+}
+
+/// Eight words, the first of the two where the bits are set.
+#[inline(always)]
+unsafe fn store_either(keep: u8, [set, unset]: [u64; 2], to: *mut u64) {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        let (set, unset) = (_mm512_set1_epi64(set as i64), _mm512_set1_epi64(unset as i64));
+        _mm512_storeu_si512(to.cast(), _mm512_mask_mov_epi64(unset, keep, set));
     }
 }
 
@@ -215,21 +281,73 @@ impl Vector for Single {
         }
     }
     #[inline(always)]
-    unsafe fn records(columns: [Self; 4], to: *mut [f32; 4]) {
+    unsafe fn take(columns: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
         unsafe {
-            let [x, y, z, last] = columns;
-            let fours = transposed([x.0, y.0, z.0, last.0]);
-            for (k, four) in fours.into_iter().enumerate() {
-                _mm_storeu_ps(to.add(k).cast(), _mm512_castps512_ps128(four));
-                _mm_storeu_ps(to.add(k + 4).cast(), _mm512_extractf32x4_ps::<1>(four));
-                _mm_storeu_ps(to.add(k + 8).cast(), _mm512_extractf32x4_ps::<2>(four));
-                _mm_storeu_ps(to.add(k + 12).cast(), _mm512_extractf32x4_ps::<3>(four));
-            }
+            let [x, y, z] = columns.map(|column| column.0);
+            let [p, q, r, s] = transposed([x, y, z, _mm512_setzero_ps()]);
+            take_four(
+                [
+                    _mm512_castps512_ps128(p),
+                    _mm512_castps512_ps128(q),
+                    _mm512_castps512_ps128(r),
+                    _mm512_castps512_ps128(s),
+                ],
+                from,
+                slots,
+            );
+            take_four(
+                [
+                    _mm512_extractf32x4_ps::<1>(p),
+                    _mm512_extractf32x4_ps::<1>(q),
+                    _mm512_extractf32x4_ps::<1>(r),
+                    _mm512_extractf32x4_ps::<1>(s),
+                ],
+                from,
+                slots.add(4),
+            );
+            take_four(
+                [
+                    _mm512_extractf32x4_ps::<2>(p),
+                    _mm512_extractf32x4_ps::<2>(q),
+                    _mm512_extractf32x4_ps::<2>(r),
+                    _mm512_extractf32x4_ps::<2>(s),
+                ],
+                from,
+                slots.add(8),
+            );
+            take_four(
+                [
+                    _mm512_extractf32x4_ps::<3>(p),
+                    _mm512_extractf32x4_ps::<3>(q),
+                    _mm512_extractf32x4_ps::<3>(r),
+                    _mm512_extractf32x4_ps::<3>(s),
+                ],
+                from,
+                slots.add(12),
+            );
         }
     }
     #[inline(always)]
     unsafe fn store_kept(self, keep: u32, to: *mut f32) {
         unsafe { _mm512_storeu_ps(to, _mm512_maskz_compress_ps(keep as u16, self.0)) }
+    }
+    #[inline(always)]
+    fn or(self, keep: u32, other: Self) -> Self {
+        unsafe { Self(_mm512_mask_mov_ps(other.0, keep as u16, self.0)) }
+    }
+    #[inline(always)]
+    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64) {
+        unsafe {
+            store_either(keep as u8, words, to);
+            store_either((keep >> LANES) as u8, words, to.add(LANES));
+        }
+    }
+    #[inline(always)]
+    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
+        unsafe {
+            let all = _mm512_loadu_si512(numbers.as_ptr().cast());
+            u32::from(_mm512_cmpeq_epi32_mask(all, _mm512_set1_epi32(number as i32)))
+        }
     }
 }
 

@@ -104,17 +104,27 @@ pub trait Vector: Copy {
     /// # Safety
     /// See the trait.
     unsafe fn columns(base: *const [Self::Number; 4], slots: *const u32) -> [Self; 4];
-    /// The inverse: records in a row.
+    /// Takes the lanes of three columns from the first three numbers of the records of some slots, in
+    /// double precision and one lane after the other: two may have the same slot.
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn records(columns: [Self; 4], to: *mut [Self::Number; 4]);
+    unsafe fn take(columns: [Self; 3], from: *mut [f64; 4], slots: *const u32);
     /// Stores the lanes whose bits are set one behind the other, and then anything: as many in all as
     /// there are lanes.
     ///
     /// # Safety
     /// See the trait.
     unsafe fn store_kept(self, keep: u32, to: *mut Self::Number);
+    /// These lanes where the bits are set, those of `other` elsewhere.
+    fn or(self, keep: u32, other: Self) -> Self;
+    /// Stores a word for each lane, the first of the two where the bits are set.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64);
+    /// Bit k is set where number k is that one.
+    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32;
 }
 
 /// Numbers that may as well be fractions of a turn, in units of 2^-32.
@@ -129,6 +139,18 @@ pub trait Wide: Vector<Number = f64> {
     type Arithmetic: Arithmetic;
     /// Sixteen numbers in single precision.
     type Single: Turning<Number = f32>;
+    /// The inverse of `columns`: records in a row.
+    ///
+    /// # Safety
+    /// See the trait [`Vector`].
+    unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]);
+    /// From as many numbers in single precision in a row.
+    ///
+    /// # Safety
+    /// See the trait [`Vector`].
+    unsafe fn widened(from: *const f32) -> Self;
+    /// The sums of the lanes of four columns, ((0 + 1) + (4 + 5)) + ((2 + 3) + (6 + 7)) each.
+    fn sums(columns: [Self; 4]) -> [f64; 4];
     /// Numbers of the lanes whose bits are set, one behind the other; then anything.
     fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES];
     /// Four words each for counters whose last two words are `tail`: Philox4x32-10. The number of
@@ -328,9 +350,11 @@ mod tests {
                 column.store(lanes.as_mut_ptr());
                 out.extend(&lanes);
             }
-            let mut back = vec![[R::of(9.0); 4]; V::LANES];
-            V::records(columns, back.as_mut_ptr());
-            out.extend(back.concat());
+            let mut back = vec![[1e3; 4]; 40];
+            V::take([columns[0], columns[1], columns[2]], back.as_mut_ptr(), slots.as_ptr());
+            for number in back.concat() {
+                out.push(R::of(number));
+            }
             let all = (1 << V::LANES) - 1;
             let limit = V::splat(R::of(40.0));
             let below = columns[0].below(limit);
@@ -347,7 +371,16 @@ mod tests {
             // exact in these small integers, fused or not
             let sum = sum.plus_product(two, limit).less_product(two, two);
             sum.store(lanes.as_mut_ptr());
+            out.extend(&lanes);
+            columns[0].or(0b0101_1010_0110_1001, sum).store(lanes.as_mut_ptr());
             out.extend(lanes);
+            let mut heads = [7; 2 * LANES];
+            heads[5..].fill(9);
+            out.push(R::of(f64::from(V::equal(&heads, 7) & all)));
+            out.push(R::of(f64::from(V::equal(&heads, 9) & all)));
+            let mut words = [0; 2 * LANES];
+            V::store_either(0b0101_1010_0110_1001, [3, 1 << 40], words.as_mut_ptr());
+            out.extend(words.map(|word| R::of(word as f64)));
         }
         out
     }
@@ -379,6 +412,19 @@ mod tests {
             // SAFETY: sixteen lanes.
             unsafe { here.turned_from(there).store(turns.as_mut_ptr()) };
             assert_eq!(turns, [12.0; 16]);
+            let narrow: [f32; LANES] = std::array::from_fn(|k| 1.0 / (k as f32 + 3.0));
+            // SAFETY: eight numbers.
+            let wide = unsafe { W::widened(narrow.as_ptr()) };
+            let mut records = [[0.0; 4]; LANES];
+            // SAFETY: eight records.
+            unsafe { W::records([wide, wide.plus(wide), wide, wide], records.as_mut_ptr()) };
+            let sums = W::sums([wide, wide.times(wide), wide.plus(wide), W::splat(0.1)]);
+            let x = narrow.map(f64::from);
+            assert_eq!(records, x.map(|x| [x, 2.0 * x, x, x]));
+            let tree = |x: [f64; LANES]| {
+                ((x[0] + x[1]) + (x[4] + x[5])) + ((x[2] + x[3]) + (x[6] + x[7]))
+            };
+            assert_eq!(sums, [tree(x), tree(x.map(|x| x * x)), 2.0 * tree(x), tree([0.1; 8])]);
             let mut words = [[0; 24]; 4];
             W::philox(&counters(), [9, 1 << 24], [7, 8], &mut words, 24);
             (moved::<W, f64>(), moved::<W::Single, f32>(), words)

@@ -68,11 +68,13 @@ impl<R: Real, const N: usize> Vector for Portable<R, N> {
         columns
     }
     #[inline(always)]
-    unsafe fn records(columns: [Self; 4], to: *mut [R; 4]) {
-        let [x, y, z, last] = columns.map(|column| column.0);
+    unsafe fn take([x, y, z]: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
         for k in 0..N {
             // SAFETY: promised by the caller.
-            unsafe { *to.add(k) = [x[k], y[k], z[k], last[k]] };
+            let [a, b, c, _] = unsafe { &mut *from.add(*slots.add(k) as usize) };
+            *a -= x.0[k].double();
+            *b -= y.0[k].double();
+            *c -= z.0[k].double();
         }
     }
     #[inline(always)]
@@ -88,6 +90,22 @@ impl<R: Real, const N: usize> Vector for Portable<R, N> {
             keep >>= LANES;
         }
     }
+    #[inline(always)]
+    fn or(self, keep: u32, other: Self) -> Self {
+        let lane = |k: usize| if keep >> k & 1 == 1 { self } else { other };
+        Self(std::array::from_fn(|k| lane(k).0[k]))
+    }
+    #[inline(always)]
+    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64) {
+        for lane in 0..N {
+            // SAFETY: promised by the caller.
+            unsafe { *to.add(lane) = words[usize::from(keep >> lane & 1 == 0)] };
+        }
+    }
+    #[inline(always)]
+    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
+        (0..N).fold(0, |bits, k| bits | u32::from(numbers[k] == number) << k)
+    }
 }
 
 impl<const N: usize> Turning for Portable<f32, N> {
@@ -102,6 +120,24 @@ impl<const N: usize> Turning for Portable<f32, N> {
 impl Wide for Portable<f64, LANES> {
     type Arithmetic = Plain;
     type Single = Portable<f32, 16>;
+    #[inline(always)]
+    unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
+        let [x, y, z, last] = columns.map(|column| column.0);
+        for k in 0..LANES {
+            // SAFETY: promised by the caller.
+            unsafe { *to.add(k) = [x[k], y[k], z[k], last[k]] };
+        }
+    }
+    #[inline(always)]
+    unsafe fn widened(from: *const f32) -> Self {
+        // SAFETY: promised by the caller.
+        let numbers = unsafe { from.cast::<[f32; LANES]>().read_unaligned() };
+        Self(numbers.map(f64::from))
+    }
+    #[inline(always)]
+    fn sums(columns: [Self; 4]) -> [f64; 4] {
+        columns.map(|Self(x)| ((x[0] + x[1]) + (x[4] + x[5])) + ((x[2] + x[3]) + (x[6] + x[7])))
+    }
     #[inline(always)]
     fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES] {
         KEPT[keep as usize].map(|lane| numbers[lane as usize])
