@@ -28,6 +28,8 @@ pub struct Grid {
     pub cell_start: Vec<u32>,
     /// Positions at the last renewal, in slot order.
     pub reference: Vec<[f64; 3]>,
+    /// What each coordinate of a cell adds to its index.
+    shares: [Vec<usize>; 3],
     inverse_cell: [f64; 3],
     cell_of_row: Vec<u32>,
     slot_of_row: Vec<u32>,
@@ -104,6 +106,17 @@ impl Grid {
             x + colours_along(blocks[0]) * (y + colours_along(blocks[1]) * z)
         });
         let n_cells: usize = (0..3).map(|a| blocks[a] * cells_per_block[a]).product();
+        // Cells of a block are consecutive; in it, and among blocks, the first axis goes fastest.
+        let (mut inside, mut outside): (usize, usize) = (1, cells_per_block.iter().product());
+        let shares = [0, 1, 2].map(|axis| {
+            let per_block = cells_per_block[axis];
+            let shares = (0..blocks[axis] * per_block)
+                .map(|at| at / per_block * outside + at % per_block * inside)
+                .collect();
+            inside *= per_block;
+            outside *= blocks[axis];
+            shares
+        });
         Self {
             blocks,
             cells_per_block,
@@ -111,6 +124,7 @@ impl Grid {
             schedule,
             cell_start: vec![0; n_cells + 1],
             reference: vec![[0.0; 3]; n],
+            shares,
             inverse_cell,
             cell_of_row: vec![0; n],
             slot_of_row: vec![0; n],
@@ -128,6 +142,7 @@ impl Grid {
         4 * (self.cell_start.capacity() + self.cell_of_row.capacity())
             + 4 * (self.slot_of_row.capacity() + self.order.capacity())
             + 24 * self.reference.capacity()
+            + 8 * self.shares.iter().map(Vec::capacity).sum::<usize>()
             + self.schedule.bytes()
     }
 
@@ -137,15 +152,16 @@ impl Grid {
     }
 
     /// Index of the cell with the given coordinates in the whole box; cells of a block are
-    /// consecutive.
+    /// consecutive, and those along the first axis in it.
+    #[inline]
     pub fn cell_index(&self, at: [usize; 3]) -> usize {
-        let (mut block, mut inside) = (0, 0);
-        for axis in (0..3).rev() {
-            let per_block = self.cells_per_block[axis];
-            block = block * self.blocks[axis] + at[axis] / per_block;
-            inside = inside * per_block + at[axis] % per_block;
-        }
-        block * self.cells_in_block() + inside
+        self.share(0, at[0]) + self.share(1, at[1]) + self.share(2, at[2])
+    }
+
+    /// What the coordinate along an axis adds to the index of a cell.
+    #[inline]
+    pub fn share(&self, axis: usize, at: usize) -> usize {
+        self.shares[axis][at]
     }
 
     /// Slots of a block.

@@ -66,6 +66,9 @@ pub struct BlockList {
     /// Slot of each place of the region, where there are shuffled pairs.
     pub slots: Vec<u32>,
     region: [Part; 8],
+    /// Of the cell at hand: what its neighbours along each axis add to the index of a cell, from one
+    /// number to another for those along the first axis.
+    spans: [Vec<[usize; 2]>; 3],
     runs: Vec<Run>,
     counts: Vec<u32>,
 }
@@ -180,6 +183,7 @@ impl PairList {
         let block_bytes = |b: &BlockList| {
             8 * b.rows.capacity()
                 + 8 * b.runs.capacity()
+                + 16 * b.spans.iter().map(Vec::capacity).sum::<usize>()
                 + 4 * b.neighbours.capacity()
                 + 4 * (b.shuffled.capacity() + b.slots.capacity() + b.counts.capacity())
         };
@@ -293,25 +297,26 @@ impl BlockList {
         first: u32,
     ) {
         self.runs.clear();
-        let [xs, ys, zs] = [0, 1, 2].map(|axis| Span::new(grid, axis, here[axis]));
-        // A partner's block and the head's must not both lie on the far side of any axis.
-        let allowed = |axis: usize, cell: usize| {
-            side(grid, at, axis, cell).is_some_and(|bit| corner >> axis & bit == 0)
-        };
-        for z in zs.cells() {
-            if !allowed(2, z) {
-                continue;
-            }
-            for y in ys.cells() {
-                if !allowed(1, y) {
+        for (axis, spans) in self.spans.iter_mut().enumerate() {
+            spans.clear();
+            for cell in Span::new(grid, axis, here[axis]).cells() {
+                // A partner's block and the head's must not both lie on the far side of any axis.
+                if side(grid, at, axis, cell).is_none_or(|bit| corner >> axis & bit == 1) {
                     continue;
                 }
-                for x in xs.cells() {
-                    if !allowed(0, x) {
-                        continue;
-                    }
-                    let index = grid.cell_index([x, y, z]);
-                    let (start, end) = (grid.cell_start[index], grid.cell_start[index + 1]);
+                let share = grid.share(axis, cell);
+                match spans.last_mut() {
+                    Some([_, end]) if axis == 0 && *end == share => *end += 1,
+                    _ => spans.push([share, share + 1]),
+                }
+            }
+        }
+        let [xs, ys, zs] = &self.spans;
+        for &[z, _] in zs {
+            for &[y, _] in ys {
+                for &[x, end] in xs {
+                    let start = grid.cell_start[z + y + x];
+                    let end = grid.cell_start[z + y + end];
                     if end <= first || start == end {
                         continue;
                     }

@@ -51,7 +51,7 @@ use std::ops::Range;
 use crate::neighbor::{BlockList, Grid};
 
 /// Pairs per chunk: all arrays of a chunk stay in the first-level cache.
-pub(crate) const CHUNK: usize = 128;
+pub(crate) const CHUNK: usize = 256;
 
 /// An array that blocks of one colour write to at disjoint places.
 #[derive(Debug, Clone, Copy)]
