@@ -37,10 +37,13 @@ impl Real for f64 {
         f64::sqrt(self)
     }
     #[inline(always)]
-    fn inverse_root<A: Arithmetic>(self) -> Self {
+    fn near_inverse_root(self) -> Self {
+        f64::from(1.0 / (self as f32).sqrt())
+    }
+    #[inline(always)]
+    fn inverse_root_from<A: Arithmetic>(self, y: Self) -> Self {
         // One step of third order from single precision, where root and division take a fraction of
         // the time.
-        let y = f64::from(1.0 / (self as f32).sqrt());
         let e = A::fused(-self, y * y, 1.0);
         A::fused(y, e * A::fused(0.375, e, 0.5), y)
     }

@@ -70,8 +70,17 @@ pub trait Real:
     fn multiply_add(self, a: Self, b: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// 1/sqrt(x) for 1e-30 <= x <= 1e30, to about 1 ulp.
-    fn inverse_root<A: Arithmetic>(self) -> Self;
+    /// 1/sqrt(x) for 1e-30 <= x <= 1e30, as precise as single precision.
+    fn near_inverse_root(self) -> Self;
+    /// 1/sqrt(x) to about 1 ulp, from that.
+    fn inverse_root_from<A: Arithmetic>(self, near: Self) -> Self;
+    /// 1/sqrt(x) for 1e-30 <= x <= 1e30, to about 1 ulp. Loops that do much more than this are better
+    /// off with [`near_inverse_roots`] before: a machine has too few turns of a long loop in hand to
+    /// keep busy.
+    #[inline(always)]
+    fn inverse_root<A: Arithmetic>(self) -> Self {
+        self.inverse_root_from::<A>(self.near_inverse_root())
+    }
     /// Natural logarithm of a positive normal number, to about 1 ulp.
     fn ln<A: Arithmetic>(self) -> Self;
     /// (cos, sin) of 2 pi t for t in [0, 1], to about 1 ulp of 1.
@@ -96,6 +105,14 @@ pub trait Real:
     fn at_least(self, least: f64) -> Self {
         let least = Self::of(least);
         if self > least { self } else { least }
+    }
+}
+
+/// 1/r of squares in lanes, as precise as single precision; see [`Real::TINY`].
+#[inline(always)]
+pub fn near_inverse_roots<R: Real, const N: usize>(r2: &[R; N], near: &mut [R; N], count: usize) {
+    for k in 0..count.min(N) {
+        near[k] = r2[k].at_least(R::TINY).near_inverse_root();
     }
 }
 

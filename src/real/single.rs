@@ -36,8 +36,12 @@ impl Real for f32 {
         f32::sqrt(self)
     }
     #[inline(always)]
-    fn inverse_root<A: Arithmetic>(self) -> Self {
+    fn near_inverse_root(self) -> Self {
         1.0 / self.sqrt()
+    }
+    #[inline(always)]
+    fn inverse_root_from<A: Arithmetic>(self, near: Self) -> Self {
+        near
     }
     #[inline(always)]
     fn ln<A: Arithmetic>(self) -> Self {

@@ -10,7 +10,7 @@ use super::{Shared, Task, Wide, fetch, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
-use crate::real::Real;
+use crate::real::{Real, near_inverse_roots};
 use crate::state::Particles;
 
 /// Pairs whose weights are computed at once: those of many rows, so that a machine need not know where
@@ -21,6 +21,7 @@ const BATCH: usize = 1024;
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Batch<R> {
     lanes: [R; BATCH + STRIDE],
+    near: [R; BATCH + STRIDE],
     /// Their first row among the near ones, and where they begin among the slots.
     row: usize,
     begin: usize,
@@ -45,6 +46,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
         self.near.ends.clear();
         let mut batch = Batch {
             lanes: [P::Real::ZERO; BATCH + STRIDE],
+            near: [P::Real::ZERO; BATCH + STRIDE],
             row: 0,
             begin: 0,
         };
@@ -97,9 +99,11 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
             return;
         };
         let count = end - begin;
-        for x in &mut batch.lanes[..count.next_multiple_of(MOST)] {
-            let r2 = *x;
-            *x = K::w::<_, D>(r2 * r2.at_least(P::Real::TINY).inverse_root::<W::Arithmetic>());
+        let whole = count.next_multiple_of(MOST);
+        near_inverse_roots(&batch.lanes, &mut batch.near, whole);
+        for (x, &near) in batch.lanes[..whole].iter_mut().zip(&batch.near) {
+            let inverse_r = x.at_least(P::Real::TINY).inverse_root_from::<W::Arithmetic>(near);
+            *x = K::w::<_, D>(*x * inverse_r);
         }
         for (w, &slot) in batch.lanes[..count].iter().zip(&self.near.slots[begin..end]) {
             // SAFETY: blocks of one colour share no particle.

@@ -15,7 +15,7 @@ use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
 use crate::physics::{Exchange, FrictionForm};
 use crate::random::{SweepKey, Variate};
-use crate::real::Real;
+use crate::real::{Real, near_inverse_roots};
 use crate::state::Particles;
 
 /// Order of the sweep: the second half of a step runs backward, which makes the step symmetric.
@@ -34,6 +34,8 @@ struct Lanes<P: Precision> {
     across: [P::Real; ROOM],
     along: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
+    /// 1/r, as precise as single precision.
+    near: [P::Real; ROOM],
 }
 
 /// Fills the lanes.
@@ -73,14 +75,17 @@ impl<K: Kernel, F: FrictionForm, P: Precision, const D: usize, const NOISE: bool
     #[inline(always)]
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
-        for k in 0..whole::<P::Real>(lanes.pairs.count) {
+        let count = whole::<P::Real>(lanes.pairs.count);
+        near_inverse_roots(&lanes.pairs.r2, &mut lanes.near, count);
+        for k in 0..count {
             let r = [
                 lanes.pairs.r[0][k],
                 lanes.pairs.r[1][k],
                 lanes.pairs.r[2][k],
             ];
             let r2 = lanes.pairs.r2[k];
-            let inverse_r = r2.at_least(P::Real::TINY).inverse_root::<W::Arithmetic>();
+            let near = lanes.near[k];
+            let inverse_r = r2.at_least(P::Real::TINY).inverse_root_from::<W::Arithmetic>(near);
             let weight = lanes.pairs.weight[k];
             let g = K::f::<_, D>(r2 * inverse_r) * (weight * weight);
             let mut xi = [P::Real::ZERO; 3];
@@ -222,6 +227,7 @@ impl<P: Precision> Sweep<'_, P> {
             across: [P::Real::ZERO; ROOM],
             along: [P::Real::ZERO; ROOM],
             noise: Noise::new(),
+            near: [P::Real::ZERO; ROOM],
         };
         let mut rest = Rest::of(block, round, self.direction);
         let mut virial = self.tally.map(Virial::new);

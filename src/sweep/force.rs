@@ -17,7 +17,7 @@ use crate::kernel::Kernel;
 use crate::neighbor::{Grid, PairList, Rows};
 use crate::physics::{FrictionForm, General, Kick};
 use crate::random::{SweepKey, Variate};
-use crate::real::{Arithmetic, Real};
+use crate::real::{Arithmetic, Real, near_inverse_roots};
 use crate::state::Particles;
 
 /// The arrays of one chunk.
@@ -27,6 +27,8 @@ struct Lanes<P: Precision> {
     u: [[P::Real; ROOM]; 3],
     pressure: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
+    /// 1/r, as precise as single precision.
+    near: [P::Real; ROOM],
     force: [[P::Real; ROOM]; 3],
 }
 
@@ -130,7 +132,7 @@ impl<P: Precision> Lanes<P> {
         k: usize,
     ) -> Weights<P::Real> {
         let r2 = self.pairs.r2[k];
-        let inverse_r = r2.at_least(P::Real::TINY).inverse_root::<A>();
+        let inverse_r = r2.at_least(P::Real::TINY).inverse_root_from::<A>(self.near[k]);
         let (q, weight) = (r2 * inverse_r, self.pairs.weight[k]);
         let slope = K::f::<_, D>(q);
         let root_g = K::root_f::<_, D>(q) * weight;
@@ -166,6 +168,7 @@ where
         let lanes = self.lanes;
         let zero = P::Real::ZERO;
         let count = whole::<P::Real>(lanes.pairs.count);
+        near_inverse_roots(&lanes.pairs.r2, &mut lanes.near, count);
         for k in 0..count {
             let w = lanes.weights::<K, W::Arithmetic, D, NOISE>(k);
             let r = Lanes::<P>::vector(&lanes.pairs.r, k);
@@ -322,6 +325,7 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
         u: zero,
         pressure: [P::Real::ZERO; ROOM],
         noise: Noise::new(),
+        near: [P::Real::ZERO; ROOM],
         force: zero,
     };
     let walk = &mut Walk::default();
