@@ -310,7 +310,8 @@ impl Exchange {
         noise: bool,
     ) -> [f64; 3] {
         // Half the rate of a pair, whose u decays from both ends; and half its variance.
-        let terms = self.terms::<F, Plain, f64>(0.5 * g, inverse_r2.sqrt(), r, xi, noise);
+        let decays = self.decays::<F, Plain, f64>(0.5 * g);
+        let terms = self.terms::<F, Plain, f64>(decays, inverse_r2.sqrt(), r, xi, noise);
         let along = terms.half_along * dot(r, u);
         let root = std::f64::consts::SQRT_2;
         std::array::from_fn(|a| {
@@ -388,12 +389,23 @@ pub struct ExchangeTerms<R> {
 }
 
 impl Exchange {
+    /// What u loses of itself across and along the line of centres: E - 1 with E = exp(-rate t).
+    #[inline(always)]
+    pub fn decays<F: FrictionForm, A: Arithmetic, R: Real>(&self, g: R) -> [R; 2] {
+        let along = (R::of(self.rate_along) * g).expm1_negative::<A>();
+        if F::CENTRAL {
+            return [R::ZERO, along];
+        }
+        let across = (R::of(self.rate_across) * g).expm1_negative::<A>();
+        [across, along]
+    }
+
     /// Exact solution of the pair's Ornstein-Uhlenbeck process (Shardlow 2003 split it off; the
-    /// exact form is in Serrano et al., J. Phys. A 39 (2006) 1523).
+    /// exact form is in Serrano et al., J. Phys. A 39 (2006) 1523), from [`Self::decays`].
     #[inline(always)]
     pub fn terms<F: FrictionForm, A: Arithmetic, R: Real>(
         &self,
-        g: R,
+        [across, along]: [R; 2],
         inverse_r: R,
         r: [R; 3],
         xi: [R; 3],
@@ -401,7 +413,6 @@ impl Exchange {
     ) -> ExchangeTerms<R> {
         let half = R::of(0.5);
         let inverse_r2 = inverse_r * inverse_r;
-        let along = (R::of(self.rate_along) * g).expm1_negative::<A>();
         // 1 - E^2 with E = 1 + m: no cancellation where the step is short.
         let spread = |m: R| (-m * (R::of(2.0) + m) * R::of(self.variance)).sqrt();
         if F::CENTRAL {
@@ -416,7 +427,6 @@ impl Exchange {
                 noise: [kick, R::ZERO, R::ZERO],
             };
         }
-        let across = (R::of(self.rate_across) * g).expm1_negative::<A>();
         let mut kick = [R::ZERO; 3];
         if noise {
             let spread_across = half * spread(across);
@@ -515,8 +525,10 @@ mod tests {
             let mut decay = Matrix3::identity();
             let mut noise = Matrix3::zeros();
             for k in 0..3 {
+                let decays = exchange.decays::<General, Plain, f64>(0.7);
+                let inverse_r = inverse_r2.sqrt();
                 let terms =
-                    exchange.terms::<General, Plain, f64>(0.7, inverse_r2.sqrt(), r, unit(k), true);
+                    exchange.terms::<General, Plain, f64>(decays, inverse_r, r, unit(k), true);
                 let ru = dot(r, unit(k));
                 for a in 0..3 {
                     decay[(a, k)] +=

@@ -16,6 +16,12 @@ pub trait Variate: Copy + Send + Sync + 'static {
     /// Three variates from four words (2D uses the first two, the central form the first), times
     /// `sign`, which is 1 or -1.
     fn draw<A: Arithmetic, R: Real>(words: [u64; 4], sign: R, count: usize) -> [R; 3];
+    /// The first `COUNT` of these variates, without the sign, of words in lanes.
+    fn draw_lanes<A: Arithmetic, R: Real, const N: usize, const COUNT: usize>(
+        words: &[[u32; N]; 4],
+        count: usize,
+        xi: &mut [[R; N]; 3],
+    );
     /// The first `COUNT` variates of pairs in lanes from the words of their particles ([`blend`]);
     /// where `SIGNED`, those of (a, b) are those of (b, a) with the other sign.
     fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
@@ -37,6 +43,13 @@ impl Variate for Silent {
     #[inline(always)]
     fn draw<A: Arithmetic, R: Real>(_: [u64; 4], _: R, _: usize) -> [R; 3] {
         [R::ZERO; 3]
+    }
+    #[inline(always)]
+    fn draw_lanes<A: Arithmetic, R: Real, const N: usize, const COUNT: usize>(
+        _: &[[u32; N]; 4],
+        _: usize,
+        _: &mut [[R; N]; 3],
+    ) {
     }
     #[inline(always)]
     fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
@@ -61,8 +74,13 @@ fn sign<R: Real, const SIGNED: bool>(head: u64, other: u64) -> R {
 }
 
 #[inline(always)]
+fn radius<A: Arithmetic, R: Real>(word: u64) -> R {
+    (R::of(-2.0) * R::unit_interval(word).ln::<A>()).sqrt()
+}
+
+#[inline(always)]
 fn box_muller<A: Arithmetic, R: Real>(a: u64, b: u64) -> (R, R) {
-    let radius = (R::of(-2.0) * R::unit_interval(a).ln::<A>()).sqrt();
+    let radius: R = radius::<A, R>(a);
     let (c, s) = R::fraction(b).cos_sin_turn::<A>();
     (radius * c, radius * s)
 }
@@ -79,6 +97,35 @@ impl Variate for Gaussian {
             R::ZERO
         };
         [x, y, z].map(|variate| sign * variate)
+    }
+    #[inline(always)]
+    fn draw_lanes<A: Arithmetic, R: Real, const N: usize, const COUNT: usize>(
+        [a, b, c, d]: &[[u32; N]; 4],
+        count: usize,
+        [x, y, z]: &mut [[R; N]; 3],
+    ) {
+        // Loop by loop: a machine has too few turns of a long one in hand to keep busy.
+        let count = count.min(N);
+        for lane in 0..count {
+            x[lane] = radius::<A, R>(a[lane].into());
+        }
+        for lane in 0..count {
+            let (cosine, sine) = R::fraction(b[lane].into()).cos_sin_turn::<A>();
+            let radius = x[lane];
+            x[lane] = radius * cosine;
+            if COUNT > 1 {
+                y[lane] = radius * sine;
+            }
+        }
+        if COUNT > 2 {
+            for lane in 0..count {
+                z[lane] = radius::<A, R>(c[lane].into());
+            }
+            for lane in 0..count {
+                let (cosine, _) = R::fraction(d[lane].into()).cos_sin_turn::<A>();
+                z[lane] = z[lane] * cosine;
+            }
+        }
     }
     #[inline(always)]
     fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
@@ -141,6 +188,18 @@ impl Variate for Uniform {
             R::centred(words[1]) * factor,
             R::centred(words[2]) * factor,
         ]
+    }
+    #[inline(always)]
+    fn draw_lanes<A: Arithmetic, R: Real, const N: usize, const COUNT: usize>(
+        words: &[[u32; N]; 4],
+        count: usize,
+        xi: &mut [[R; N]; 3],
+    ) {
+        for n in 0..COUNT {
+            for lane in 0..count.min(N) {
+                xi[n][lane] = R::centred(words[n][lane].into()) * R::of(SQRT_12 * SCALE);
+            }
+        }
     }
     #[inline(always)]
     fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(

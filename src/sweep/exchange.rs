@@ -34,8 +34,7 @@ struct Lanes<P: Precision> {
     across: [P::Real; ROOM],
     along: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
-    /// 1/r, as precise as single precision.
-    near: [P::Real; ROOM],
+    inverse_r: [P::Real; ROOM],
 }
 
 /// Fills the lanes.
@@ -76,29 +75,29 @@ impl<K: Kernel, F: FrictionForm, P: Precision, const D: usize, const NOISE: bool
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
         let count = whole::<P::Real>(lanes.pairs.count);
-        near_inverse_roots(&lanes.pairs.r2, &mut lanes.near, count);
+        near_inverse_roots(&lanes.pairs.r2, &mut lanes.inverse_r, count);
+        // Loop by loop: a machine has too few turns of a long one in hand to keep busy.
         for k in 0..count {
-            let r = [
-                lanes.pairs.r[0][k],
-                lanes.pairs.r[1][k],
-                lanes.pairs.r[2][k],
-            ];
-            let r2 = lanes.pairs.r2[k];
-            let near = lanes.near[k];
-            let inverse_r = r2.at_least(P::Real::TINY).inverse_root_from::<W::Arithmetic>(near);
-            let weight = lanes.pairs.weight[k];
-            let g = K::f::<_, D>(r2 * inverse_r) * (weight * weight);
-            let mut xi = [P::Real::ZERO; 3];
-            if NOISE {
-                xi = [
-                    lanes.noise.xi[0][k],
-                    lanes.noise.xi[1][k],
-                    lanes.noise.xi[2][k],
-                ];
-            }
-            let terms = self
-                .exchange
-                .terms::<F, W::Arithmetic, P::Real>(g, inverse_r, r, xi, NOISE);
+            let (r2, weight) = (lanes.pairs.r2[k], lanes.pairs.weight[k]);
+            let least = r2.at_least(P::Real::TINY);
+            let inverse_r = least.inverse_root_from::<W::Arithmetic>(lanes.inverse_r[k]);
+            lanes.along[k] = K::f::<_, D>(r2 * inverse_r) * (weight * weight);
+            lanes.inverse_r[k] = inverse_r;
+        }
+        for k in 0..count {
+            let g = lanes.along[k];
+            let decays = self.exchange.decays::<F, W::Arithmetic, P::Real>(g);
+            [lanes.across[k], lanes.along[k]] = decays;
+        }
+        for k in 0..count {
+            let axis = |lanes: &[[P::Real; ROOM]; 3]| [lanes[0][k], lanes[1][k], lanes[2][k]];
+            let terms = self.exchange.terms::<F, W::Arithmetic, P::Real>(
+                [lanes.across[k], lanes.along[k]],
+                lanes.inverse_r[k],
+                axis(&lanes.pairs.r),
+                axis(&lanes.noise.xi),
+                NOISE,
+            );
             lanes.across[k] = terms.half_across;
             lanes.along[k] = terms.half_along;
             for a in 0..D {
@@ -227,7 +226,7 @@ impl<P: Precision> Sweep<'_, P> {
             across: [P::Real::ZERO; ROOM],
             along: [P::Real::ZERO; ROOM],
             noise: Noise::new(),
-            near: [P::Real::ZERO; ROOM],
+            inverse_r: [P::Real::ZERO; ROOM],
         };
         let mut rest = Rest::of(block, round, self.direction);
         let mut virial = self.tally.map(Virial::new);

@@ -1,7 +1,7 @@
 //! Pair forces: conservative (P_i/d_i^2 + P_j/d_j^2) F r_ij, drag and noise (physics/friction.rs).
 //!
 //! Each stage of a chunk is a task of its own, with no more types than it needs: what moves numbers
-//! about is then compiled once for all kernels, and only `Compute` for each.
+//! about is then compiled once for all kernels, and only `Weigh` for each.
 
 use std::marker::PhantomData;
 
@@ -27,8 +27,10 @@ struct Lanes<P: Precision> {
     u: [[P::Real; ROOM]; 3],
     pressure: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
-    /// 1/r, as precise as single precision.
-    near: [P::Real; ROOM],
+    inverse_r: [P::Real; ROOM],
+    /// The factor of r that pressure makes; sqrt(g) where there is noise, else g.
+    push: [P::Real; ROOM],
+    grip: [P::Real; ROOM],
     force: [[P::Real; ROOM]; 3],
 }
 
@@ -109,43 +111,67 @@ impl<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> Task
     }
 }
 
-/// From separations, velocities and noise to forces.
-struct Compute<'a, K, F, P: Precision, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>
-{
+/// From distances to what does not depend on directions.
+struct Weigh<'a, K, P: Precision, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> {
     lanes: &'a mut Lanes<P>,
-    kick: &'a Kick,
-    form: PhantomData<(K, F)>,
+    kernel: PhantomData<K>,
 }
 
-/// F, its root, sqrt(g), g and 1/r of a pair.
-struct Weights<R> {
-    slope: R,
-    root_g: R,
-    g: R,
-    inverse_r: R,
+impl<K, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> Task
+    for Weigh<'_, K, P, D, CONSERVATIVE, NOISE>
+where
+    K: Kernel,
+    P: Precision,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let lanes = self.lanes;
+        let count = whole::<P::Real>(lanes.pairs.count);
+        near_inverse_roots(&lanes.pairs.r2, &mut lanes.inverse_r, count);
+        for k in 0..count {
+            let (r2, weight) = (lanes.pairs.r2[k], lanes.pairs.weight[k]);
+            let least = r2.at_least(P::Real::TINY);
+            let inverse_r = least.inverse_root_from::<W::Arithmetic>(lanes.inverse_r[k]);
+            let q = r2 * inverse_r;
+            let slope = K::f::<_, D>(q);
+            if CONSERVATIVE {
+                lanes.push[k] = lanes.pressure[k] * slope;
+            }
+            lanes.grip[k] = if NOISE {
+                K::root_f::<_, D>(q) * weight
+            } else {
+                slope * (weight * weight)
+            };
+            lanes.inverse_r[k] = inverse_r;
+        }
+    }
 }
 
 impl<P: Precision> Lanes<P> {
+    /// The force of a pair, or parts of it: with `push` or 0, with or without `noise`.
     #[inline(always)]
-    fn weights<K: Kernel, A: Arithmetic, const D: usize, const NOISE: bool>(
+    fn force_of<F: FrictionForm, A: Arithmetic, const NOISE: bool>(
         &self,
+        kick: &Kick,
+        push: P::Real,
+        u: [P::Real; 3],
+        xi: Option<[P::Real; 3]>,
         k: usize,
-    ) -> Weights<P::Real> {
-        let r2 = self.pairs.r2[k];
-        let inverse_r = r2.at_least(P::Real::TINY).inverse_root_from::<A>(self.near[k]);
-        let (q, weight) = (r2 * inverse_r, self.pairs.weight[k]);
-        let slope = K::f::<_, D>(q);
-        let root_g = K::root_f::<_, D>(q) * weight;
-        Weights {
-            slope,
-            root_g,
-            g: if NOISE {
-                root_g * root_g
-            } else {
-                slope * (weight * weight)
-            },
-            inverse_r,
-        }
+    ) -> [P::Real; 3] {
+        let grip = self.grip[k];
+        let g = if NOISE { grip * grip } else { grip };
+        kick.force::<F, A, P::Real>(
+            push,
+            g,
+            grip,
+            self.inverse_r[k],
+            Self::vector(&self.pairs.r, k),
+            u,
+            xi.unwrap_or([P::Real::ZERO; 3]),
+            xi.is_some(),
+        )
     }
 
     #[inline(always)]
@@ -154,42 +180,30 @@ impl<P: Precision> Lanes<P> {
     }
 }
 
-impl<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> Task
-    for Compute<'_, K, F, P, D, CONSERVATIVE, NOISE>
-where
-    K: Kernel,
-    F: FrictionForm,
-    P: Precision,
+/// From weights, directions, velocities and noise to forces. In a loop of its own: a machine has too few
+/// turns of a long one in hand to keep busy.
+struct Compute<'a, F, P: Precision, const D: usize, const NOISE: bool> {
+    lanes: &'a mut Lanes<P>,
+    kick: &'a Kick,
+    form: PhantomData<F>,
+}
+
+impl<F: FrictionForm, P: Precision, const D: usize, const NOISE: bool> Task
+    for Compute<'_, F, P, D, NOISE>
 {
     type Output = ();
 
     #[inline(always)]
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
-        let zero = P::Real::ZERO;
-        let count = whole::<P::Real>(lanes.pairs.count);
-        near_inverse_roots(&lanes.pairs.r2, &mut lanes.near, count);
-        for k in 0..count {
-            let w = lanes.weights::<K, W::Arithmetic, D, NOISE>(k);
-            let r = Lanes::<P>::vector(&lanes.pairs.r, k);
-            let push = if CONSERVATIVE {
-                lanes.pressure[k] * w.slope
-            } else {
-                zero
-            };
+        for k in 0..whole::<P::Real>(lanes.pairs.count) {
+            let push = lanes.push[k];
             let f = if F::ON {
-                self.kick.force::<F, W::Arithmetic, P::Real>(
-                    push,
-                    w.g,
-                    w.root_g,
-                    w.inverse_r,
-                    r,
-                    Lanes::<P>::vector(&lanes.u, k),
-                    Lanes::<P>::vector(&lanes.noise.xi, k),
-                    NOISE,
-                )
+                let u = Lanes::<P>::vector(&lanes.u, k);
+                let xi = NOISE.then(|| Lanes::<P>::vector(&lanes.noise.xi, k));
+                lanes.force_of::<F, W::Arithmetic, NOISE>(self.kick, push, u, xi, k)
             } else {
-                r.map(|x| push * x)
+                Lanes::<P>::vector(&lanes.pairs.r, k).map(|x| push * x)
             };
             for a in 0..D {
                 lanes.force[a][k] = f[a];
@@ -217,17 +231,16 @@ impl<P: Precision> Task for Scatter<'_, P> {
 }
 
 /// Adds r (x) f to the sums: in all, or by part.
-struct Sum<'a, K, F, P: Precision, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> {
+struct Sum<'a, F, P: Precision, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> {
     lanes: &'a mut Lanes<P>,
     virial: &'a mut Virial,
     kick: &'a Kick,
-    form: PhantomData<(K, F)>,
+    form: PhantomData<F>,
 }
 
-impl<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>
-    Sum<'_, K, F, P, D, CONSERVATIVE, NOISE>
+impl<F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>
+    Sum<'_, F, P, D, CONSERVATIVE, NOISE>
 where
-    K: Kernel,
     F: FrictionForm,
     P: Precision,
 {
@@ -235,43 +248,22 @@ where
     #[inline(always)]
     fn split<A: Arithmetic>(lanes: &Lanes<P>, kick: &Kick, parts: &mut PartLanes) {
         let zero = P::Real::ZERO;
-        let none = [zero; 3];
         for k in 0..lanes.pairs.count.min(super::CHUNK) {
-            let w = lanes.weights::<K, A, D, NOISE>(k);
-            let r = Lanes::<P>::vector(&lanes.pairs.r, k);
             if CONSERVATIVE {
-                let push = lanes.pressure[k] * w.slope;
+                let r = Lanes::<P>::vector(&lanes.pairs.r, k);
                 for a in 0..D {
-                    parts.parts[0][a][k] = (push * r[a]).double();
+                    parts.parts[0][a][k] = (lanes.push[k] * r[a]).double();
                 }
             }
             if F::ON {
                 let u = Lanes::<P>::vector(&lanes.u, k);
-                let drag = kick.force::<F, A, P::Real>(
-                    zero,
-                    w.g,
-                    w.root_g,
-                    w.inverse_r,
-                    r,
-                    u,
-                    none,
-                    false,
-                );
+                let drag = lanes.force_of::<F, A, NOISE>(kick, zero, u, None, k);
                 for a in 0..D {
                     parts.parts[1][a][k] = drag[a].double();
                 }
                 if NOISE {
-                    let xi = Lanes::<P>::vector(&lanes.noise.xi, k);
-                    let noise = kick.force::<F, A, P::Real>(
-                        zero,
-                        w.g,
-                        w.root_g,
-                        w.inverse_r,
-                        r,
-                        none,
-                        xi,
-                        true,
-                    );
+                    let xi = Some(Lanes::<P>::vector(&lanes.noise.xi, k));
+                    let noise = lanes.force_of::<F, A, NOISE>(kick, zero, [zero; 3], xi, k);
                     for a in 0..D {
                         parts.parts[2][a][k] = noise[a].double();
                     }
@@ -281,10 +273,9 @@ where
     }
 }
 
-impl<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> Task
-    for Sum<'_, K, F, P, D, CONSERVATIVE, NOISE>
+impl<F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> Task
+    for Sum<'_, F, P, D, CONSERVATIVE, NOISE>
 where
-    K: Kernel,
     F: FrictionForm,
     P: Precision,
 {
@@ -325,7 +316,9 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
         u: zero,
         pressure: [P::Real::ZERO; ROOM],
         noise: Noise::new(),
-        near: [P::Real::ZERO; ROOM],
+        inverse_r: [P::Real::ZERO; ROOM],
+        push: [P::Real::ZERO; ROOM],
+        grip: [P::Real::ZERO; ROOM],
         force: zero,
     };
     let walk = &mut Walk::default();
@@ -377,14 +370,18 @@ fn finish<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>(
     F: FrictionForm,
     P: Precision,
 {
-    run_wide(Compute::<K, F, P, D, CONSERVATIVE, NOISE> {
+    run_wide(Weigh::<K, P, D, CONSERVATIVE, NOISE> {
+        lanes,
+        kernel: PhantomData,
+    });
+    run_wide(Compute::<F, P, D, NOISE> {
         lanes,
         kick,
         form: PhantomData,
     });
     run_wide(Scatter { lanes, near, force });
     if let Some(virial) = virial {
-        run_wide(Sum::<K, F, P, D, CONSERVATIVE, NOISE> {
+        run_wide(Sum::<F, P, D, CONSERVATIVE, NOISE> {
             lanes,
             virial,
             kick,

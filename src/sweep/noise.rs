@@ -132,11 +132,15 @@ impl Origin for &SweepKey {
     ) {
         noise.count(count, SIGNED);
         noise.words::<W>(self, count);
-        for lane in 0..count {
-            let words = noise.drawn(lane);
-            let xi = V::draw::<W::Arithmetic, R>(words, noise.sign[lane], COUNT);
-            for a in 0..COUNT {
-                noise.xi[a][lane] = xi[a];
+        let Noise {
+            words, xi, sign, ..
+        } = noise;
+        V::draw_lanes::<W::Arithmetic, R, ROOM, COUNT>(words, count, xi);
+        if SIGNED {
+            for variates in &mut xi[..COUNT] {
+                for lane in 0..count.min(ROOM) {
+                    variates[lane] = sign[lane] * variates[lane];
+                }
             }
         }
     }
