@@ -100,13 +100,21 @@ impl Schedule {
     /// Calls `work` for every base block, on all threads of the pool. The call is a virtual one, so
     /// that this is compiled once and not for every combination.
     pub fn run(&self, reverse: bool, work: &(dyn Fn(u32) + Sync)) {
+        self.share(reverse, &|blocks| blocks(&mut |block| work(block)));
+    }
+
+    /// The same where a thread has something to keep from block to block: calls `part` on each, which
+    /// calls the function it is given with what to do with a block.
+    pub fn share(&self, reverse: bool, part: &(dyn Fn(&Blocks) + Sync)) {
         let threads = rayon::current_num_threads().min(self.blocks.len());
         let sweep = self.sweeps.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
-        on_threads(threads, &|| self.take_part(reverse, sweep, threads, work));
+        on_threads(threads, &|| {
+            part(&|work| self.take_part(reverse, sweep, threads, work));
+        });
     }
 
     /// Works on blocks until none is left.
-    fn take_part(&self, reverse: bool, sweep: u32, threads: usize, work: &(dyn Fn(u32) + Sync)) {
+    fn take_part(&self, reverse: bool, sweep: u32, threads: usize, work: &mut dyn FnMut(u32)) {
         let thread = rayon::current_thread_index().unwrap_or(0) % threads;
         let colours = self.starts.len() - 1;
         for turn in 0..colours {
@@ -150,6 +158,9 @@ impl Schedule {
         }
     }
 }
+
+/// Calls a function for one block after the other, until none is left.
+pub type Blocks<'a> = dyn Fn(&mut dyn FnMut(u32)) + 'a;
 
 /// Calls the same on so many threads at once, as far as they are free. Allocates nothing.
 fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::precision::{Copies, Precision};
 use super::rows::{MOST, STRIDE, near_partners, row_sums};
-use super::{Shared, Task, Wide, fetch, for_each_block, run_wide};
+use super::{Shared, Task, Wide, fetch, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, Rows};
@@ -27,6 +27,17 @@ struct Batch<R> {
     begin: usize,
 }
 
+impl<R: Real> Batch<R> {
+    fn new() -> Self {
+        Self {
+            lanes: [R::ZERO; BATCH + STRIDE],
+            near: [R::ZERO; BATCH + STRIDE],
+            row: 0,
+            begin: 0,
+        }
+    }
+}
+
 struct DensityTask<'a, K, P: Precision, const D: usize> {
     block: &'a BlockList,
     near: &'a mut Rows,
@@ -34,6 +45,7 @@ struct DensityTask<'a, K, P: Precision, const D: usize> {
     place: &'a [[P::Real; 4]],
     /// Where the sums go, if they are wanted.
     density: Option<Shared<'a, f64>>,
+    batch: &'a mut Batch<P::Real>,
     kernel: PhantomData<K>,
 }
 
@@ -44,27 +56,23 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
     fn run<W: Wide>(mut self) {
         let block = self.block;
         self.near.ends.clear();
-        let mut batch = Batch {
-            lanes: [P::Real::ZERO; BATCH + STRIDE],
-            near: [P::Real::ZERO; BATCH + STRIDE],
-            row: 0,
-            begin: 0,
-        };
+        (self.batch.row, self.batch.begin) = (0, 0);
         let (mut first, mut length) = (0, 0);
         for &[head, end] in &block.rows {
             let (end, before) = (end as usize, length);
-            if length + (end - first) > batch.begin + BATCH {
-                self.give::<W>(&mut batch, length);
-                batch.row = self.near.ends.len();
+            if length + (end - first) > self.batch.begin + BATCH {
+                self.give::<W>(length);
+                self.batch.row = self.near.ends.len();
             }
             // Its end is known when all of it has been searched.
             self.near.ends.push([head, u32::MAX]);
             while first < end {
-                if length == batch.begin + BATCH {
+                if length == self.batch.begin + BATCH {
                     // A row longer than a batch.
-                    self.give::<W>(&mut batch, length);
+                    self.give::<W>(length);
                 }
-                let count = (end - first).min(batch.begin + BATCH - length);
+                let begin = self.batch.begin;
+                let count = (end - first).min(begin + BATCH - length);
                 // SAFETY: pairs of a row of this block, for which there are lanes, and a vector more.
                 length += unsafe {
                     near_partners::<P, W, D>(
@@ -74,7 +82,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
                         head,
                         first,
                         count,
-                        batch.lanes.as_mut_ptr().add(length - batch.begin),
+                        self.batch.lanes.as_mut_ptr().add(length - begin),
                         self.near,
                         length,
                     )
@@ -86,14 +94,15 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
                 self.near.ends.push([head, length as u32]);
             }
         }
-        self.give::<W>(&mut batch, length);
+        self.give::<W>(length);
     }
 }
 
 impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
-    /// Gives the weights of a batch, which ends there among the slots, to both ends of its pairs.
+    /// Gives the weights of the batch, which ends there among the slots, to both ends of its pairs.
     #[inline(always)]
-    fn give<W: Wide>(&mut self, batch: &mut Batch<P::Real>, end: usize) {
+    fn give<W: Wide>(&mut self, end: usize) {
+        let batch = &mut *self.batch;
         let mut begin = std::mem::replace(&mut batch.begin, end);
         let Some(density) = self.density else {
             return;
@@ -102,10 +111,15 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
         let whole = count.next_multiple_of(MOST);
         near_inverse_roots(&batch.lanes, &mut batch.near, whole);
         for (x, &near) in batch.lanes[..whole].iter_mut().zip(&batch.near) {
-            let inverse_r = x.at_least(P::Real::TINY).inverse_root_from::<W::Arithmetic>(near);
+            let inverse_r = x
+                .at_least(P::Real::TINY)
+                .inverse_root_from::<W::Arithmetic>(near);
             *x = K::w::<_, D>(*x * inverse_r);
         }
-        for (w, &slot) in batch.lanes[..count].iter().zip(&self.near.slots[begin..end]) {
+        for (w, &slot) in batch.lanes[..count]
+            .iter()
+            .zip(&self.near.slots[begin..end])
+        {
             // SAFETY: blocks of one colour share no particle.
             unsafe { *density.slot(slot) += w.double() };
         }
@@ -151,21 +165,28 @@ fn sweep<K: Kernel, P: Precision, const D: usize>(
 ) {
     let place = P::places(position, cell, &mut copies.place);
     let near = Shared::new(&mut list.near);
-    for_each_block(grid, &list.blocks, false, &|number, block| {
-        fetch(block, place.as_ptr(), place.len());
-        if let Some(density) = density {
-            fetch(block, density.pointer(), density.length);
-        }
-        run_wide(DensityTask::<K, P, D> {
-            block,
-            // SAFETY: each block once.
-            near: unsafe { near.slot(number) },
-            cell,
-            place,
-            density,
-            kernel: PhantomData,
-        });
-    });
+    for_each_block_with(
+        grid,
+        &list.blocks,
+        false,
+        Batch::new,
+        |batch, number, block| {
+            fetch(block, place.as_ptr(), place.len());
+            if let Some(density) = density {
+                fetch(block, density.pointer(), density.length);
+            }
+            run_wide(DensityTask::<K, P, D> {
+                block,
+                // SAFETY: each block once.
+                near: unsafe { near.slot(number) },
+                cell,
+                place,
+                density,
+                batch,
+                kernel: PhantomData,
+            });
+        },
+    );
     list.near_is_known = true;
 }
 

@@ -9,7 +9,7 @@ use super::noise::Noise;
 use super::precision::Precision;
 use super::rows::{ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
-use super::{CHUNK, Shared, Task, Wide, fetch, for_each_block, run_wide};
+use super::{CHUNK, Shared, Task, Wide, fetch, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{BlockList, Grid, PairList, ROUNDS};
@@ -35,6 +35,19 @@ struct Lanes<P: Precision> {
     along: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
     inverse_r: [P::Real; ROOM],
+}
+
+impl<P: Precision> Lanes<P> {
+    fn new() -> Self {
+        let zero = [P::Real::ZERO; ROOM];
+        Self {
+            pairs: Couples::new(),
+            across: zero,
+            along: zero,
+            noise: Noise::new(),
+            inverse_r: zero,
+        }
+    }
 }
 
 /// Fills the lanes.
@@ -220,14 +233,8 @@ impl<P: Precision> Sweep<'_, P> {
         block: &BlockList,
         number: u32,
         round: usize,
+        lanes: &mut Lanes<P>,
     ) {
-        let lanes = &mut Lanes::<P> {
-            pairs: Couples::new(),
-            across: [P::Real::ZERO; ROOM],
-            along: [P::Real::ZERO; ROOM],
-            noise: Noise::new(),
-            inverse_r: [P::Real::ZERO; ROOM],
-        };
         let mut rest = Rest::of(block, round, self.direction);
         let mut virial = self.tally.map(Virial::new);
         while !rest.is_empty() {
@@ -320,12 +327,18 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: u
     let backward = direction == Direction::Backward;
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
-        for_each_block(grid, &list.blocks, backward, &|number, block| {
-            fetch(block, sweep.place.as_ptr(), sweep.place.len());
-            fetch(block, sweep.velocity.pointer(), sweep.velocity.length);
-            fetch(block, sweep.id.as_ptr(), sweep.id.len());
-            sweep.round::<K, F, V, D>(block, number, round);
-        });
+        for_each_block_with(
+            grid,
+            &list.blocks,
+            backward,
+            Lanes::new,
+            |lanes, number, block| {
+                fetch(block, sweep.place.as_ptr(), sweep.place.len());
+                fetch(block, sweep.velocity.pointer(), sweep.velocity.length);
+                fetch(block, sweep.id.as_ptr(), sweep.id.len());
+                sweep.round::<K, F, V, D>(block, number, round, lanes);
+            },
+        );
     }
     if let Some(tally) = tally {
         tally.keep_exchange();

@@ -11,7 +11,7 @@ use super::precision::{Copies, Precision};
 use super::rows::{Companion, Ends, Pairs, ROOM, whole};
 use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::wide::Vector;
-use super::{Shared, Task, Walk, Wide, fetch, for_each_block, run_wide};
+use super::{Shared, Task, Walk, Wide, fetch, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{Grid, PairList, Rows};
@@ -32,6 +32,22 @@ struct Lanes<P: Precision> {
     push: [P::Real; ROOM],
     grip: [P::Real; ROOM],
     force: [[P::Real; ROOM]; 3],
+}
+
+impl<P: Precision> Lanes<P> {
+    fn new() -> Self {
+        let zero = [P::Real::ZERO; ROOM];
+        Self {
+            pairs: Pairs::new(),
+            u: [zero; 3],
+            pressure: zero,
+            noise: Noise::new(),
+            inverse_r: zero,
+            push: zero,
+            grip: zero,
+            force: [zero; 3],
+        }
+    }
 }
 
 /// What a sweep reads.
@@ -304,23 +320,13 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
     kick: &Kick,
     sums: Option<BlockSums<'_>>,
     number: u32,
+    lanes: &mut Lanes<P>,
 ) where
     K: Kernel,
     F: FrictionForm,
     V: Variate,
     P: Precision,
 {
-    let zero = [[P::Real::ZERO; ROOM]; 3];
-    let lanes = &mut Lanes::<P> {
-        pairs: Pairs::new(),
-        u: zero,
-        pressure: [P::Real::ZERO; ROOM],
-        noise: Noise::new(),
-        inverse_r: [P::Real::ZERO; ROOM],
-        push: [P::Real::ZERO; ROOM],
-        grip: [P::Real::ZERO; ROOM],
-        force: zero,
-    };
     let walk = &mut Walk::default();
     let mut virial = sums.map(Virial::new);
     while !walk.at_end(&near.ends) {
@@ -421,16 +427,24 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
             &[]
         },
     };
-    for_each_block(grid, &list.blocks, false, &|number, block| {
-        fetch(block, source.place.as_ptr(), source.place.len());
-        fetch(block, source.motion.as_ptr(), source.motion.len());
-        fetch(block, force.pointer(), force.length);
-        if V::ON {
-            fetch(block, source.word.as_ptr(), source.word.len());
-        }
-        let near = &list.near[number as usize];
-        sweep_block::<K, F, V, P, D, CONSERVATIVE>(&source, near, &force, &kick, sums, number);
-    });
+    for_each_block_with(
+        grid,
+        &list.blocks,
+        false,
+        Lanes::new,
+        |lanes, number, block| {
+            fetch(block, source.place.as_ptr(), source.place.len());
+            fetch(block, source.motion.as_ptr(), source.motion.len());
+            fetch(block, force.pointer(), force.length);
+            if V::ON {
+                fetch(block, source.word.as_ptr(), source.word.len());
+            }
+            let near = &list.near[number as usize];
+            sweep_block::<K, F, V, P, D, CONSERVATIVE>(
+                &source, near, &force, &kick, sums, number, lanes,
+            );
+        },
+    );
 }
 
 /// Sets `force` to the sum of the conservative force and, where their types are on, drag and noise.

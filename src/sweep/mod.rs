@@ -141,6 +141,20 @@ pub(crate) fn for_each_block(
     });
 }
 
+/// The same with arrays that each thread makes once a sweep and not for every block.
+pub(crate) fn for_each_block_with<S>(
+    grid: &Grid,
+    blocks: &[BlockList],
+    reverse: bool,
+    new: impl Fn() -> S + Sync,
+    work: impl Fn(&mut S, u32, &BlockList) + Sync,
+) {
+    grid.schedule.share(reverse, &|each| {
+        let mut arrays = new();
+        each(&mut |number| work(&mut arrays, number, &blocks[number as usize]));
+    });
+}
+
 /// A walk along the rows of a block, chunk by chunk.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Walk {

@@ -97,7 +97,10 @@ impl Vector for Avx2 {
     unsafe fn take([x, y, z]: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
         unsafe {
             let zero = _mm256_setzero_pd();
-            let halves = [transpose([x.0, y.0, z.0, zero]), transpose([x.1, y.1, z.1, zero])];
+            let halves = [
+                transpose([x.0, y.0, z.0, zero]),
+                transpose([x.1, y.1, z.1, zero]),
+            ];
             for (half, records) in halves.into_iter().enumerate() {
                 for (k, record) in records.into_iter().enumerate() {
                     take(record, from, slots.add(4 * half + k));
@@ -123,7 +126,10 @@ impl Vector for Avx2 {
     fn or(self, keep: u32, other: Self) -> Self {
         unsafe {
             let bits = _mm256_set1_epi64x(keep.into());
-            let (low, high) = (_mm256_setr_epi64x(1, 2, 4, 8), _mm256_setr_epi64x(16, 32, 64, 128));
+            let (low, high) = (
+                _mm256_setr_epi64x(1, 2, 4, 8),
+                _mm256_setr_epi64x(16, 32, 64, 128),
+            );
             let low = _mm256_cmpeq_epi64(_mm256_and_si256(bits, low), low);
             let high = _mm256_cmpeq_epi64(_mm256_and_si256(bits, high), high);
             Self(
@@ -344,7 +350,10 @@ impl Vector for Single {
     unsafe fn take([x, y, z]: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
         unsafe {
             let zero = _mm256_setzero_ps();
-            let halves = [transposed([x.0, y.0, z.0, zero]), transposed([x.1, y.1, z.1, zero])];
+            let halves = [
+                transposed([x.0, y.0, z.0, zero]),
+                transposed([x.1, y.1, z.1, zero]),
+            ];
             for (half, [p, q, r, s]) in halves.into_iter().enumerate() {
                 let slots = slots.add(8 * half);
                 let low = [

@@ -98,7 +98,10 @@ impl Vector for Avx512 {
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
         unsafe {
             let eight = _mm256_loadu_si256(numbers.as_ptr().cast());
-            u32::from(_mm256_cmpeq_epi32_mask(eight, _mm256_set1_epi32(number as i32)))
+            u32::from(_mm256_cmpeq_epi32_mask(
+                eight,
+                _mm256_set1_epi32(number as i32),
+            ))
         }
     }
 }
@@ -206,7 +209,10 @@ impl Wide for Avx512 {
 unsafe fn store_either(keep: u8, [set, unset]: [u64; 2], to: *mut u64) {
     // SAFETY: the machine has the instructions, pointers are the caller's.
     unsafe {
-        let (set, unset) = (_mm512_set1_epi64(set as i64), _mm512_set1_epi64(unset as i64));
+        let (set, unset) = (
+            _mm512_set1_epi64(set as i64),
+            _mm512_set1_epi64(unset as i64),
+        );
         _mm512_storeu_si512(to.cast(), _mm512_mask_mov_epi64(unset, keep, set));
     }
 }
@@ -346,7 +352,10 @@ impl Vector for Single {
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
         unsafe {
             let all = _mm512_loadu_si512(numbers.as_ptr().cast());
-            u32::from(_mm512_cmpeq_epi32_mask(all, _mm512_set1_epi32(number as i32)))
+            u32::from(_mm512_cmpeq_epi32_mask(
+                all,
+                _mm512_set1_epi32(number as i32),
+            ))
         }
     }
 }

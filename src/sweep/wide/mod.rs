@@ -351,7 +351,11 @@ mod tests {
                 out.extend(&lanes);
             }
             let mut back = vec![[1e3; 4]; 40];
-            V::take([columns[0], columns[1], columns[2]], back.as_mut_ptr(), slots.as_ptr());
+            V::take(
+                [columns[0], columns[1], columns[2]],
+                back.as_mut_ptr(),
+                slots.as_ptr(),
+            );
             for number in back.concat() {
                 out.push(R::of(number));
             }
@@ -372,7 +376,9 @@ mod tests {
             let sum = sum.plus_product(two, limit).less_product(two, two);
             sum.store(lanes.as_mut_ptr());
             out.extend(&lanes);
-            columns[0].or(0b0101_1010_0110_1001, sum).store(lanes.as_mut_ptr());
+            columns[0]
+                .or(0b0101_1010_0110_1001, sum)
+                .store(lanes.as_mut_ptr());
             out.extend(lanes);
             let mut heads = [7; 2 * LANES];
             heads[5..].fill(9);
@@ -421,10 +427,17 @@ mod tests {
             let sums = W::sums([wide, wide.times(wide), wide.plus(wide), W::splat(0.1)]);
             let x = narrow.map(f64::from);
             assert_eq!(records, x.map(|x| [x, 2.0 * x, x, x]));
-            let tree = |x: [f64; LANES]| {
-                ((x[0] + x[1]) + (x[4] + x[5])) + ((x[2] + x[3]) + (x[6] + x[7]))
-            };
-            assert_eq!(sums, [tree(x), tree(x.map(|x| x * x)), 2.0 * tree(x), tree([0.1; 8])]);
+            let tree =
+                |x: [f64; LANES]| ((x[0] + x[1]) + (x[4] + x[5])) + ((x[2] + x[3]) + (x[6] + x[7]));
+            assert_eq!(
+                sums,
+                [
+                    tree(x),
+                    tree(x.map(|x| x * x)),
+                    2.0 * tree(x),
+                    tree([0.1; 8])
+                ]
+            );
             let mut words = [[0; 24]; 4];
             W::philox(&counters(), [9, 1 << 24], [7, 8], &mut words, 24);
             (moved::<W, f64>(), moved::<W::Single, f32>(), words)
