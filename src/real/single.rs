@@ -36,6 +36,10 @@ impl Real for f32 {
         f32::sqrt(self)
     }
     #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
     fn near_inverse_root(self) -> Self {
         1.0 / self.sqrt()
     }
