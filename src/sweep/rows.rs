@@ -360,19 +360,27 @@ impl<P: Precision> Pairs<P> {
         columns: &[[P::Real; ROOM]; 3],
         target: &Shared<'_, [f64; 4]>,
     ) {
-        let lanes = P::Vector::<W>::LANES;
-        let zero = P::Vector::<W>::splat(P::Real::ZERO);
-        let mut axes = [zero; 3];
-        for lane in (0..self.count).step_by(lanes) {
-            // What is behind the last pair leads to particles as well, and nothing is taken from them.
-            let pairs = first_lanes::<P::Vector<W>>(self.count - lane);
-            // SAFETY: promised by the caller; lanes and slots for a vector.
+        let vector = P::Vector::<W>::LANES;
+        let vectors = self.count - self.count % vector;
+        for lane in (0..vectors).step_by(vector) {
+            let [x, y, z] = columns;
+            // SAFETY: promised by the caller; lanes of a whole vector are in use.
             unsafe {
-                for (axis, column) in axes.iter_mut().zip(columns) {
-                    *axis = P::Vector::<W>::load(column.as_ptr().add(lane)).or(pairs, zero);
-                }
+                let axes = [
+                    P::Vector::<W>::load(x.as_ptr().add(lane)),
+                    P::Vector::<W>::load(y.as_ptr().add(lane)),
+                    P::Vector::<W>::load(z.as_ptr().add(lane)),
+                ];
                 let slots = near.slots.as_ptr().add(self.first + lane);
                 P::Vector::<W>::take(axes, target.start(), slots);
+            }
+        }
+        // What is behind the last pair are slots of other blocks, of which other threads make use.
+        for (lane, &slot) in self.others(near).iter().enumerate().skip(vectors) {
+            // SAFETY: promised by the caller.
+            let other = unsafe { target.slot(slot) };
+            for (number, column) in other.iter_mut().zip(columns) {
+                *number -= column[lane].double();
             }
         }
         for n in 0..self.row_count() {

@@ -205,6 +205,7 @@ impl Wide for Avx2 {
     type Single = Single;
     #[inline(always)]
     unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
+        // SAFETY: the machine has the instructions, pointers are the caller's.
         unsafe {
             let [x, y, z, last] = columns;
             let low = transpose([x.0, y.0, z.0, last.0]);
@@ -217,6 +218,7 @@ impl Wide for Avx2 {
     }
     #[inline(always)]
     unsafe fn widened(from: *const f32) -> Self {
+        // SAFETY: as above.
         unsafe {
             let (low, high) = (_mm_loadu_ps(from), _mm_loadu_ps(from.add(4)));
             Self(_mm256_cvtps_pd(low), _mm256_cvtps_pd(high))
