@@ -71,7 +71,8 @@ def plot_sizes(speed: Speed, figure: Any = None) -> Any:
         axes.set(xscale="log", yscale="log", xlabel="particles [1]", title=f"h/Δx = {support:g}")
         _grid(axes)
     panels[0].set_ylabel("time of a particle-step [ns]")
-    panels[0].legend(fontsize=8)
+    entries = panels[0].get_legend_handles_labels()
+    figure.legend(*entries, fontsize=8, loc="outside lower center", ncols=3)
     return figure
 
 
