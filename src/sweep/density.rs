@@ -21,7 +21,8 @@ const BATCH: usize = 1024;
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Batch<R> {
     lanes: [R; BATCH + STRIDE],
-    near: [R; BATCH + STRIDE],
+    /// 1/r, as precise as single precision.
+    inverse_r: [R; BATCH + STRIDE],
     /// Their first row among the near ones, and where they begin among the slots.
     row: usize,
     begin: usize,
@@ -31,7 +32,7 @@ impl<R: Real> Batch<R> {
     fn new() -> Self {
         Self {
             lanes: [R::ZERO; BATCH + STRIDE],
-            near: [R::ZERO; BATCH + STRIDE],
+            inverse_r: [R::ZERO; BATCH + STRIDE],
             row: 0,
             begin: 0,
         }
@@ -109,8 +110,8 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
         };
         let count = end - begin;
         let whole = count.next_multiple_of(MOST);
-        near_inverse_roots(&batch.lanes, &mut batch.near, whole);
-        for (x, &near) in batch.lanes[..whole].iter_mut().zip(&batch.near) {
+        near_inverse_roots(&batch.lanes, &mut batch.inverse_r, whole);
+        for (x, &near) in batch.lanes[..whole].iter_mut().zip(&batch.inverse_r) {
             let inverse_r = x
                 .at_least(P::Real::TINY)
                 .inverse_root_from::<W::Arithmetic>(near);
