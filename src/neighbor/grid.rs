@@ -152,7 +152,7 @@ impl Grid {
     }
 
     /// Index of the cell with the given coordinates in the whole box; cells of a block are
-    /// consecutive, and those along the first axis in it.
+    /// consecutive, and in it the first axis goes fastest.
     #[inline]
     pub fn cell_index(&self, at: [usize; 3]) -> usize {
         self.share(0, at[0]) + self.share(1, at[1]) + self.share(2, at[2])

@@ -244,6 +244,37 @@ mod tests {
         (mean, square, fourth)
     }
 
+    /// Variates in lanes are those drawn one by one.
+    fn check_lanes<V: Variate, R: Real, const COUNT: usize>() {
+        let key = SweepKey::new(20_13, Stream::PairForce, 6, 0);
+        let mut words = [[0; 40]; 4];
+        for lane in 0..40 {
+            let drawn = key.pair_words(lane as u64, 77);
+            for n in 0..4 {
+                words[n][lane] = drawn[n] as u32;
+            }
+        }
+        let mut xi = [[R::ZERO; 40]; 3];
+        V::draw_lanes::<Plain, R, 40, COUNT>(&words, 40, &mut xi);
+        for lane in 0..40 {
+            let four = [0, 1, 2, 3].map(|n: usize| u64::from(words[n][lane]));
+            let one = V::draw::<Plain, R>(four, R::of(1.0), COUNT);
+            for n in 0..COUNT {
+                assert_eq!(xi[n][lane], one[n]);
+            }
+        }
+    }
+
+    #[test]
+    fn variates_in_lanes_are_those_drawn_one_by_one() {
+        check_lanes::<Gaussian, f64, 1>();
+        check_lanes::<Gaussian, f64, 2>();
+        check_lanes::<Gaussian, f64, 3>();
+        check_lanes::<Gaussian, f32, 3>();
+        check_lanes::<Uniform, f64, 3>();
+        check_lanes::<Uniform, f32, 2>();
+    }
+
     fn check<R: Real>() {
         let root = (400_000_f64).sqrt();
         let (mean, square, fourth) = moments::<Gaussian, R>();

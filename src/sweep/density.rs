@@ -61,16 +61,13 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
         let (mut first, mut length) = (0, 0);
         for &[head, end] in &block.rows {
             let (end, before) = (end as usize, length);
-            if length + (end - first) > self.batch.begin + BATCH {
-                self.give::<W>(length);
-                self.batch.row = self.near.ends.len();
-            }
             // Its end is known when all of it has been searched.
             self.near.ends.push([head, u32::MAX]);
             while first < end {
                 if length == self.batch.begin + BATCH {
-                    // A row longer than a batch.
+                    // Nowhere else: the order of sums must not depend on the skin.
                     self.give::<W>(length);
+                    self.batch.row = self.near.ends.len() - 1;
                 }
                 let begin = self.batch.begin;
                 let count = (end - first).min(begin + BATCH - length);

@@ -31,6 +31,7 @@ pub enum Direction {
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Lanes<P: Precision> {
     pairs: Couples<P>,
+    /// Decays across and along the line of centres, then factors of the change; `along` holds g before.
     across: [P::Real; ROOM],
     along: [P::Real; ROOM],
     noise: Noise<3, P::Real>,

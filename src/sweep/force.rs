@@ -28,8 +28,9 @@ struct Lanes<P: Precision> {
     pressure: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
     inverse_r: [P::Real; ROOM],
-    /// The factor of r that pressure makes; sqrt(g) where there is noise, else g.
+    /// The factor of r that pressure makes.
     push: [P::Real; ROOM],
+    /// sqrt(g) where there is noise, else g.
     grip: [P::Real; ROOM],
     force: [[P::Real; ROOM]; 3],
 }

@@ -50,7 +50,7 @@ use std::ops::Range;
 
 use crate::neighbor::{BlockList, Grid};
 
-/// Pairs per chunk: all arrays of a chunk stay in the first-level cache.
+/// Pairs per chunk: what a stage reads and writes stays in the first-level cache, or near it.
 pub(crate) const CHUNK: usize = 256;
 
 /// An array that blocks of one colour write to at disjoint places.
@@ -61,7 +61,8 @@ pub(crate) struct Shared<'a, T> {
     lifetime: PhantomData<&'a mut [T]>,
 }
 
-// SAFETY: access goes through `slot`, whose caller promises that no two threads use the same slot.
+// SAFETY: access goes through `slot` or `start`, whose callers promise that no two threads use the same
+// slot.
 unsafe impl<T: Send> Send for Shared<'_, T> {}
 // SAFETY: as above.
 unsafe impl<T: Send> Sync for Shared<'_, T> {}
@@ -81,7 +82,7 @@ impl<'a, T> Shared<'a, T> {
         self.data
     }
 
-    /// The first element, to be written to.
+    /// The first element, to be written to by who promises what the caller of `slot` does.
     #[inline(always)]
     pub(crate) fn start(&self) -> *mut T {
         self.data
@@ -141,7 +142,7 @@ pub(crate) fn for_each_block(
     });
 }
 
-/// The same with arrays that each thread makes once a sweep and not for every block.
+/// The same with arrays that each thread makes once, and not for every block.
 pub(crate) fn for_each_block_with<S>(
     grid: &Grid,
     blocks: &[BlockList],

@@ -195,7 +195,7 @@ impl<'a> Ends<'a> {
             let mut columns = four::<V>(base.get_unchecked(self.heads[0] as usize));
             let last = four::<V>(base.get_unchecked(self.heads[V::LANES - 1] as usize));
             for (column, last) in columns.iter_mut().zip(last) {
-                *column = column.or(self.first, last);
+                *column = column.where_set(self.first, last);
             }
             columns
         }
@@ -231,7 +231,7 @@ pub(super) unsafe fn row_sums<P: Precision, W: Wide, const N: usize>(
                 let lane = LANES * part;
                 // SAFETY: promised by the caller.
                 let numbers = unsafe { P::eight::<W>(arrays[n].add(k + lane)) };
-                *eight = numbers.or(keep >> lane, zero);
+                *eight = numbers.where_set(keep >> lane, zero);
             }
             let [a, b, c, d] = eights;
             sums[n] = sums[n].plus(a.plus(b).plus(c.plus(d)));

@@ -160,8 +160,8 @@ def test_two_skins_agree_for_verlet(dimension: int) -> None:
         builds.append(sim.statistics()["list_builds"])
     assert builds[0] > builds[1] + 3
     for end in ends[1:]:
-        assert np.abs(end["positions"] - ends[0]["positions"]).max() < 1e-10
-        assert np.abs(end["velocities"] - ends[0]["velocities"]).max() < 1e-10
+        assert np.array_equal(end["positions"], ends[0]["positions"])
+        assert np.array_equal(end["velocities"], ends[0]["velocities"])
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -176,8 +176,8 @@ def test_two_skins_agree_for_the_splitting(dimension: int) -> None:
         builds.append(sim.statistics()["list_builds"])
     assert builds[0] > builds[1] + 3
     for end in ends[1:]:
-        assert np.abs(end["positions"] - ends[0]["positions"]).max() < 1e-10
-        assert np.abs(end["velocities"] - ends[0]["velocities"]).max() < 1e-10
+        assert np.array_equal(end["positions"], ends[0]["positions"])
+        assert np.array_equal(end["velocities"], ends[0]["velocities"])
 
 
 # --- energy ----------------------------------------------------------------------------------

@@ -123,7 +123,7 @@ impl Vector for Avx2 {
         }
     }
     #[inline(always)]
-    fn or(self, keep: u32, other: Self) -> Self {
+    fn where_set(self, keep: u32, other: Self) -> Self {
         unsafe {
             let bits = _mm256_set1_epi64x(keep.into());
             let (low, high) = (
@@ -141,7 +141,8 @@ impl Vector for Avx2 {
     #[inline(always)]
     unsafe fn store_either(keep: u32, [set, unset]: [u64; 2], to: *mut u64) {
         // Numbers are moved as they are.
-        let words = Self::splat(f64::from_bits(set)).or(keep, Self::splat(f64::from_bits(unset)));
+        let words =
+            Self::splat(f64::from_bits(set)).where_set(keep, Self::splat(f64::from_bits(unset)));
         unsafe { words.store(to.cast()) }
     }
     #[inline(always)]
@@ -385,7 +386,7 @@ impl Vector for Single {
         }
     }
     #[inline(always)]
-    fn or(self, keep: u32, other: Self) -> Self {
+    fn where_set(self, keep: u32, other: Self) -> Self {
         unsafe {
             let places = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             let set = |bits: u32| {

@@ -87,7 +87,7 @@ impl Vector for Avx512 {
         unsafe { _mm512_storeu_pd(to, _mm512_maskz_compress_pd(keep as u8, self.0)) }
     }
     #[inline(always)]
-    fn or(self, keep: u32, other: Self) -> Self {
+    fn where_set(self, keep: u32, other: Self) -> Self {
         unsafe { Self(_mm512_mask_mov_pd(other.0, keep as u8, self.0)) }
     }
     #[inline(always)]
@@ -338,7 +338,7 @@ impl Vector for Single {
         unsafe { _mm512_storeu_ps(to, _mm512_maskz_compress_ps(keep as u16, self.0)) }
     }
     #[inline(always)]
-    fn or(self, keep: u32, other: Self) -> Self {
+    fn where_set(self, keep: u32, other: Self) -> Self {
         unsafe { Self(_mm512_mask_mov_ps(other.0, keep as u16, self.0)) }
     }
     #[inline(always)]

@@ -105,7 +105,8 @@ pub trait Vector: Copy {
     /// See the trait.
     unsafe fn columns(base: *const [Self::Number; 4], slots: *const u32) -> [Self; 4];
     /// Takes the lanes of three columns from the first three numbers of the records of some slots, in
-    /// double precision and one lane after the other: two may have the same slot.
+    /// double precision and one lane after the other: two may have the same slot. The fourth number may be
+    /// written as well, as it is.
     ///
     /// # Safety
     /// See the trait.
@@ -117,7 +118,7 @@ pub trait Vector: Copy {
     /// See the trait.
     unsafe fn store_kept(self, keep: u32, to: *mut Self::Number);
     /// These lanes where the bits are set, those of `other` elsewhere.
-    fn or(self, keep: u32, other: Self) -> Self;
+    fn where_set(self, keep: u32, other: Self) -> Self;
     /// Stores a word for each lane, the first of the two where the bits are set.
     ///
     /// # Safety
@@ -377,7 +378,7 @@ mod tests {
             sum.store(lanes.as_mut_ptr());
             out.extend(&lanes);
             columns[0]
-                .or(0b0101_1010_0110_1001, sum)
+                .where_set(0b0101_1010_0110_1001, sum)
                 .store(lanes.as_mut_ptr());
             out.extend(lanes);
             let mut heads = [7; 2 * LANES];

@@ -91,7 +91,7 @@ impl<R: Real, const N: usize> Vector for Portable<R, N> {
         }
     }
     #[inline(always)]
-    fn or(self, keep: u32, other: Self) -> Self {
+    fn where_set(self, keep: u32, other: Self) -> Self {
         let lane = |k: usize| if keep >> k & 1 == 1 { self } else { other };
         Self(std::array::from_fn(|k| lane(k).0[k]))
     }
