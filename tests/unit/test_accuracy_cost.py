@@ -312,13 +312,19 @@ def test_noise_has_bias_and_sampling(fluid):
     [("temperature", 0.5), ("density_variance", 1.0), ("temperature_variance", 0.5)],
 )
 def test_sampling_errors_of_runs_not_seen(quantity, length):
-    """Standard error of blocks of a run with another support, within a factor of 1.5."""
+    """Standard error of blocks of runs with another support, within a factor of 1.5.
+
+    That of one run, from 32 blocks, is itself uncertain by 13 %; of four together by 6 %.
+    """
     problem = PROBLEMS[quantity]
     settings = problem.base.replace(support=2.9, length=length, step=0.8)
-    sim = problem.simulation(settings, seed=11)
-    before = equilibrium.SETTLING * sim.scene.friction_time
-    found = problem.measure(sim, settings)
-    expected, _ = sampled_time(sim.scene, quantity, sim.dt, found.relative)
+    squares = []
+    for seed in (11, 12, 13, 14):
+        sim = problem.simulation(settings, seed=seed)
+        before = equilibrium.SETTLING * sim.scene.friction_time
+        squares.append(problem.measure(sim, settings).relative ** 2)
+    error = math.sqrt(sum(squares) / len(squares))
+    expected, _ = sampled_time(sim.scene, quantity, sim.dt, error)
     assert 1.0 / FACTOR < math.sqrt((sim.time - before) / expected) < FACTOR
 
 
