@@ -74,6 +74,12 @@ pub trait Real:
     fn near_inverse_root(self) -> Self;
     /// 1/sqrt(x) to about 1 ulp, from that.
     fn inverse_root_from<A: Arithmetic>(self, near: Self) -> Self;
+    /// r and 1/r of a square distance, from what [`near_inverse_roots`] finds.
+    #[inline(always)]
+    fn distance_from<A: Arithmetic>(self, near: Self) -> [Self; 2] {
+        let inverse = self.at_least(Self::TINY).inverse_root_from::<A>(near);
+        [self * inverse, inverse]
+    }
     /// 1/sqrt(x) for 1e-30 <= x <= 1e30, to about 1 ulp. Loops that do much more than this are better
     /// off with [`near_inverse_roots`] before: a machine has too few turns of a long loop in hand to
     /// keep busy.

@@ -109,10 +109,8 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
         let whole = count.next_multiple_of(MOST);
         near_inverse_roots(&batch.lanes, &mut batch.inverse_r, whole);
         for (x, &near) in batch.lanes[..whole].iter_mut().zip(&batch.inverse_r) {
-            let inverse_r = x
-                .at_least(P::Real::TINY)
-                .inverse_root_from::<W::Arithmetic>(near);
-            *x = K::w::<_, D>(*x * inverse_r);
+            let [q, _] = x.distance_from::<W::Arithmetic>(near);
+            *x = K::w::<_, D>(q);
         }
         for (w, &slot) in batch.lanes[..count]
             .iter()

@@ -93,9 +93,8 @@ impl<K: Kernel, F: FrictionForm, P: Precision, const D: usize, const NOISE: bool
         // Loop by loop: a machine has too few turns of a long one in hand to keep busy.
         for k in 0..count {
             let (r2, weight) = (lanes.pairs.r2[k], lanes.pairs.weight[k]);
-            let least = r2.at_least(P::Real::TINY);
-            let inverse_r = least.inverse_root_from::<W::Arithmetic>(lanes.inverse_r[k]);
-            lanes.along[k] = K::f::<_, D>(r2 * inverse_r) * (weight * weight);
+            let [q, inverse_r] = r2.distance_from::<W::Arithmetic>(lanes.inverse_r[k]);
+            lanes.along[k] = K::f::<_, D>(q) * (weight * weight);
             lanes.inverse_r[k] = inverse_r;
         }
         for k in 0..count {

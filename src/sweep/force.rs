@@ -149,9 +149,7 @@ where
         near_inverse_roots(&lanes.pairs.r2, &mut lanes.inverse_r, count);
         for k in 0..count {
             let (r2, weight) = (lanes.pairs.r2[k], lanes.pairs.weight[k]);
-            let least = r2.at_least(P::Real::TINY);
-            let inverse_r = least.inverse_root_from::<W::Arithmetic>(lanes.inverse_r[k]);
-            let q = r2 * inverse_r;
+            let [q, inverse_r] = r2.distance_from::<W::Arithmetic>(lanes.inverse_r[k]);
             let slope = K::f::<_, D>(q);
             if CONSERVATIVE {
                 lanes.push[k] = lanes.pressure[k] * slope;

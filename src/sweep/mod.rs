@@ -61,7 +61,7 @@ pub(crate) struct Shared<'a, T> {
     lifetime: PhantomData<&'a mut [T]>,
 }
 
-// SAFETY: access goes through `slot` or `start`, whose callers promise that no two threads use the same
+// SAFETY: access goes through `slot` or `pointer`, whose callers promise that no two threads use the same
 // slot.
 unsafe impl<T: Send> Send for Shared<'_, T> {}
 // SAFETY: as above.
@@ -76,15 +76,9 @@ impl<'a, T> Shared<'a, T> {
         }
     }
 
-    /// The first element.
-    #[inline(always)]
-    pub(crate) fn pointer(&self) -> *const T {
-        self.data
-    }
-
     /// The first element, to be written to by who promises what the caller of `slot` does.
     #[inline(always)]
-    pub(crate) fn start(&self) -> *mut T {
+    pub(crate) fn pointer(&self) -> *mut T {
         self.data
     }
 

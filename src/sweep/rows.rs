@@ -372,7 +372,7 @@ impl<P: Precision> Pairs<P> {
                     P::Vector::<W>::load(z.as_ptr().add(lane)),
                 ];
                 let slots = near.slots.as_ptr().add(self.first + lane);
-                P::Vector::<W>::take(axes, target.start(), slots);
+                P::Vector::<W>::take(axes, target.pointer(), slots);
             }
         }
         // What is behind the last pair are slots of other blocks, of which other threads make use.

@@ -151,6 +151,20 @@ impl Vector for Avx2 {
     }
 }
 
+/// That half of each register.
+#[inline(always)]
+unsafe fn half_of<const N: i32>([a, b, c, d]: [__m256; 4]) -> [__m128; 4] {
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        [
+            _mm256_extractf128_ps::<N>(a),
+            _mm256_extractf128_ps::<N>(b),
+            _mm256_extractf128_ps::<N>(c),
+            _mm256_extractf128_ps::<N>(d),
+        ]
+    }
+}
+
 /// Takes a record from that of a slot.
 #[inline(always)]
 pub(super) unsafe fn take(record: __m256d, from: *mut [f64; 4], slots: *const u32) {
@@ -357,22 +371,10 @@ impl Vector for Single {
                 transposed([x.0, y.0, z.0, zero]),
                 transposed([x.1, y.1, z.1, zero]),
             ];
-            for (half, [p, q, r, s]) in halves.into_iter().enumerate() {
+            for (half, fours) in halves.into_iter().enumerate() {
                 let slots = slots.add(8 * half);
-                let low = [
-                    _mm256_castps256_ps128(p),
-                    _mm256_castps256_ps128(q),
-                    _mm256_castps256_ps128(r),
-                    _mm256_castps256_ps128(s),
-                ];
-                take_four(low, from, slots);
-                let high = [
-                    _mm256_extractf128_ps::<1>(p),
-                    _mm256_extractf128_ps::<1>(q),
-                    _mm256_extractf128_ps::<1>(r),
-                    _mm256_extractf128_ps::<1>(s),
-                ];
-                take_four(high, from, slots.add(4));
+                take_four(half_of::<0>(fours), from, slots);
+                take_four(half_of::<1>(fours), from, slots.add(4));
             }
         }
     }

@@ -60,26 +60,17 @@ impl Vector for Avx512 {
         }
     }
     #[inline(always)]
-    unsafe fn take(columns: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
+    unsafe fn take([x, y, z]: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
         unsafe {
-            let ([x, y, z], zero) = (columns.map(|column| column.0), _mm512_setzero_pd());
-            // x0 y0 x2 y2 .. and z0 0 z2 0 ..; then the odd ones.
-            let (t0, t1) = (_mm512_unpacklo_pd(x, y), _mm512_unpackhi_pd(x, y));
-            let (u0, u1) = (_mm512_unpacklo_pd(z, zero), _mm512_unpackhi_pd(z, zero));
-            let low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
-            let high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
-            let even = _mm512_permutex2var_pd(t0, low, u0);
-            let odd = _mm512_permutex2var_pd(t1, low, u1);
-            take(_mm512_castpd512_pd256(even), from, slots);
-            take(_mm512_castpd512_pd256(odd), from, slots.add(1));
-            take(_mm512_extractf64x4_pd::<1>(even), from, slots.add(2));
-            take(_mm512_extractf64x4_pd::<1>(odd), from, slots.add(3));
-            let even = _mm512_permutex2var_pd(t0, high, u0);
-            let odd = _mm512_permutex2var_pd(t1, high, u1);
-            take(_mm512_castpd512_pd256(even), from, slots.add(4));
-            take(_mm512_castpd512_pd256(odd), from, slots.add(5));
-            take(_mm512_extractf64x4_pd::<1>(even), from, slots.add(6));
-            take(_mm512_extractf64x4_pd::<1>(odd), from, slots.add(7));
+            let [a, b, c, d] = twos([x, y, z, Self::splat(0.0)]);
+            take(_mm512_castpd512_pd256(a), from, slots);
+            take(_mm512_castpd512_pd256(b), from, slots.add(1));
+            take(_mm512_extractf64x4_pd::<1>(a), from, slots.add(2));
+            take(_mm512_extractf64x4_pd::<1>(b), from, slots.add(3));
+            take(_mm512_castpd512_pd256(c), from, slots.add(4));
+            take(_mm512_castpd512_pd256(d), from, slots.add(5));
+            take(_mm512_extractf64x4_pd::<1>(c), from, slots.add(6));
+            take(_mm512_extractf64x4_pd::<1>(d), from, slots.add(7));
         }
     }
     #[inline(always)]
@@ -113,18 +104,7 @@ impl Wide for Avx512 {
     #[inline(always)]
     unsafe fn records(columns: [Self; 4], to: *mut [f64; 4]) {
         unsafe {
-            let [x, y, z, last] = columns.map(|column| column.0);
-            // x0 y0 x2 y2 .. and z0 w0 z2 w2 ..; then the odd ones.
-            let (t0, t1) = (_mm512_unpacklo_pd(x, y), _mm512_unpackhi_pd(x, y));
-            let (u0, u1) = (_mm512_unpacklo_pd(z, last), _mm512_unpackhi_pd(z, last));
-            let low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
-            let high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
-            let pairs = [
-                _mm512_permutex2var_pd(t0, low, u0),
-                _mm512_permutex2var_pd(t1, low, u1),
-                _mm512_permutex2var_pd(t0, high, u0),
-                _mm512_permutex2var_pd(t1, high, u1),
-            ];
+            let pairs = twos(columns);
             for (pair, first) in pairs.into_iter().zip([0, 1, 4, 5]) {
                 _mm256_storeu_pd(to.add(first).cast(), _mm512_castpd512_pd256(pair));
                 let second = _mm512_extractf64x4_pd::<1>(pair);
@@ -201,6 +181,40 @@ impl Wide for Avx512 {
             let before = _mm512_conflict_epi32(all);
             u32::from(_mm512_test_epi32_mask(before, before))
         }
+    }
+}
+
+/// That quarter of each register.
+#[inline(always)]
+unsafe fn quarter<const N: i32>([a, b, c, d]: [__m512; 4]) -> [__m128; 4] {
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        [
+            _mm512_extractf32x4_ps::<N>(a),
+            _mm512_extractf32x4_ps::<N>(b),
+            _mm512_extractf32x4_ps::<N>(c),
+            _mm512_extractf32x4_ps::<N>(d),
+        ]
+    }
+}
+
+/// Two records in each register: 0 and 2, 1 and 3, 4 and 6, 5 and 7.
+#[inline(always)]
+unsafe fn twos(columns: [Avx512; 4]) -> [__m512d; 4] {
+    let [x, y, z, last] = columns.map(|column| column.0);
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        // x0 y0 x2 y2 .. and z0 w0 z2 w2 ..; then the odd ones.
+        let (t0, t1) = (_mm512_unpacklo_pd(x, y), _mm512_unpackhi_pd(x, y));
+        let (u0, u1) = (_mm512_unpacklo_pd(z, last), _mm512_unpackhi_pd(z, last));
+        let low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+        let high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+        [
+            _mm512_permutex2var_pd(t0, low, u0),
+            _mm512_permutex2var_pd(t1, low, u1),
+            _mm512_permutex2var_pd(t0, high, u0),
+            _mm512_permutex2var_pd(t1, high, u1),
+        ]
     }
 }
 
@@ -290,47 +304,11 @@ impl Vector for Single {
     unsafe fn take(columns: [Self; 3], from: *mut [f64; 4], slots: *const u32) {
         unsafe {
             let [x, y, z] = columns.map(|column| column.0);
-            let [p, q, r, s] = transposed([x, y, z, _mm512_setzero_ps()]);
-            take_four(
-                [
-                    _mm512_castps512_ps128(p),
-                    _mm512_castps512_ps128(q),
-                    _mm512_castps512_ps128(r),
-                    _mm512_castps512_ps128(s),
-                ],
-                from,
-                slots,
-            );
-            take_four(
-                [
-                    _mm512_extractf32x4_ps::<1>(p),
-                    _mm512_extractf32x4_ps::<1>(q),
-                    _mm512_extractf32x4_ps::<1>(r),
-                    _mm512_extractf32x4_ps::<1>(s),
-                ],
-                from,
-                slots.add(4),
-            );
-            take_four(
-                [
-                    _mm512_extractf32x4_ps::<2>(p),
-                    _mm512_extractf32x4_ps::<2>(q),
-                    _mm512_extractf32x4_ps::<2>(r),
-                    _mm512_extractf32x4_ps::<2>(s),
-                ],
-                from,
-                slots.add(8),
-            );
-            take_four(
-                [
-                    _mm512_extractf32x4_ps::<3>(p),
-                    _mm512_extractf32x4_ps::<3>(q),
-                    _mm512_extractf32x4_ps::<3>(r),
-                    _mm512_extractf32x4_ps::<3>(s),
-                ],
-                from,
-                slots.add(12),
-            );
+            let fours = transposed([x, y, z, _mm512_setzero_ps()]);
+            take_four(quarter::<0>(fours), from, slots);
+            take_four(quarter::<1>(fours), from, slots.add(4));
+            take_four(quarter::<2>(fours), from, slots.add(8));
+            take_four(quarter::<3>(fours), from, slots.add(12));
         }
     }
     #[inline(always)]
