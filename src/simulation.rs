@@ -13,7 +13,7 @@ use crate::neighbor::{Grid, PairList, SkinModel, automatic_skin};
 use crate::observe::{Observer, Parts, View};
 use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
-use crate::state::Particles;
+use crate::state::{Particles, Records};
 use crate::stopwatch::{Phase, Stopwatch};
 use crate::sweep::{HeatMoment, HeatTally, Instructions, Tally, Tensor};
 use crate::thermal::{Accounts, Thermal, ThermalSettings};
@@ -312,7 +312,7 @@ impl Engine {
         let grid = Grid::new(&cell, dimension, n, 1.0 + margin);
         let mut particles = Particles::new(n, drag);
         if integrator.carries() {
-            particles.carried = vec![[0.0; 4]; n];
+            particles.carried = Records::new(n);
         }
         let splits = settings.combination.integrator == "pair_splitting";
         if settings.thermal.is_some() && !splits && !walls.surfaces.is_empty() {
@@ -512,12 +512,12 @@ impl Engine {
     /// Bytes of the particles and of grid and reference arrays.
     pub fn state_bytes(&self) -> usize {
         let particles = &self.particles;
-        32 * (particles.position.capacity()
-            + particles.velocity.capacity()
-            + particles.force.capacity()
-            + particles.drag.capacity()
-            + particles.scratch.capacity()
-            + particles.carried.capacity())
+        32 * (particles.position.len()
+            + particles.velocity.len()
+            + particles.force.len()
+            + particles.drag.len()
+            + particles.scratch.len()
+            + particles.carried.len())
             + particles.copies.bytes()
             + 8 * (particles.density.capacity() + particles.id.capacity())
             + 4 * particles.row.capacity()

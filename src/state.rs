@@ -2,7 +2,83 @@
 //! of the support, masses in units of the particle mass. Users never see this order: `row` leads
 //! from a slot to the user's row, which never changes.
 
+use std::ops::{Deref, DerefMut};
+
+use rayon::prelude::*;
+
 use crate::sweep::Copies;
+
+/// A cache line.
+#[derive(Debug, Default, Clone, Copy)]
+#[repr(align(64))]
+struct Line(#[allow(dead_code)] [[f64; 4]; 2]); // read as records
+
+/// Records of four numbers, as a slice of them. None straddles two cache lines, as half of those of a
+/// `Vec` may: slots are read in no particular order, and each line takes its time.
+#[derive(Debug, Default, Clone)]
+pub struct Records {
+    lines: Vec<Line>,
+    length: usize,
+}
+
+impl Records {
+    /// `n` records of zeros.
+    pub fn new(n: usize) -> Self {
+        Self {
+            lines: vec![Line::default(); n.div_ceil(2)],
+            length: n,
+        }
+    }
+}
+
+impl Deref for Records {
+    type Target = [[f64; 4]];
+    #[inline]
+    fn deref(&self) -> &Self::Target {
+        // SAFETY: a line holds two records and nothing else, and there are `length` of them.
+        unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.length) }
+    }
+}
+
+impl DerefMut for Records {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        // SAFETY: as above.
+        unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast(), self.length) }
+    }
+}
+
+impl<'a> IntoIterator for &'a Records {
+    type Item = &'a [f64; 4];
+    type IntoIter = std::slice::Iter<'a, [f64; 4]>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a mut Records {
+    type Item = &'a mut [f64; 4];
+    type IntoIter = std::slice::IterMut<'a, [f64; 4]>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter_mut()
+    }
+}
+
+impl<'a> IntoParallelIterator for &'a Records {
+    type Item = &'a [f64; 4];
+    type Iter = rayon::slice::Iter<'a, [f64; 4]>;
+    fn into_par_iter(self) -> Self::Iter {
+        (**self).par_iter()
+    }
+}
+
+impl<'a> IntoParallelIterator for &'a mut Records {
+    type Item = &'a mut [f64; 4];
+    type Iter = rayon::slice::IterMut<'a, [f64; 4]>;
+    fn into_par_iter(self) -> Self::Iter {
+        (**self).par_iter_mut()
+    }
+}
 
 /// A field that not every scene has: one number per particle, sorted with the others. Fields of the
 /// state are saved and shown to the user; the rest is of use within a step only.
@@ -20,13 +96,13 @@ pub struct Scalar {
 #[derive(Debug, Default, Clone)]
 pub struct Particles {
     /// x, y, z, s with s = d^(-1/2), so that g = F s_i^2 s_j^2.
-    pub position: Vec<[f64; 4]>,
+    pub position: Records,
     /// vx, vy, vz, P/d^2.
-    pub velocity: Vec<[f64; 4]>,
+    pub velocity: Records,
     /// fx, fy, fz, and the heat of an integrator that makes both at once.
-    pub force: Vec<[f64; 4]>,
+    pub force: Records,
     /// Dissipative force where an integrator evaluates it anew; empty otherwise.
-    pub drag: Vec<[f64; 4]>,
+    pub drag: Records,
     /// Number density d.
     pub density: Vec<f64>,
     /// Persistent ids: the only names that noise keys know.
@@ -36,9 +112,9 @@ pub struct Particles {
     /// Times each particle has left the box through either face of each axis.
     pub image: Vec<[i32; 3]>,
     /// Differences of velocities, where there is `drag`; empty otherwise.
-    pub scratch: Vec<[f64; 4]>,
+    pub scratch: Records,
     /// Changes of velocity and energy that an integrator carries over a drift; empty otherwise.
-    pub carried: Vec<[f64; 4]>,
+    pub carried: Records,
     /// Fields by the number that `add_scalar` gave them.
     pub scalars: Vec<Scalar>,
     /// What sweeps in single precision read.
@@ -49,16 +125,16 @@ impl Particles {
     /// `n` particles at rest at the origin, in the order of their rows.
     pub fn new(n: usize, with_drag: bool) -> Self {
         Self {
-            position: vec![[0.0; 4]; n],
-            velocity: vec![[0.0; 4]; n],
-            force: vec![[0.0; 4]; n],
-            drag: vec![[0.0; 4]; if with_drag { n } else { 0 }],
+            position: Records::new(n),
+            velocity: Records::new(n),
+            force: Records::new(n),
+            drag: Records::new(if with_drag { n } else { 0 }),
             density: vec![0.0; n],
             id: (0..n as u64).collect(),
             row: (0..n as u32).collect(),
             image: vec![[0; 3]; n],
-            scratch: vec![[0.0; 4]; if with_drag { n } else { 0 }],
-            carried: Vec::new(),
+            scratch: Records::new(if with_drag { n } else { 0 }),
+            carried: Records::default(),
             scalars: Vec::new(),
             copies: Copies::default(),
         }
@@ -148,7 +224,10 @@ mod tests {
             particles.image[k] = [-(k as i32), k as i32, 7];
             particles.id[k] = u64::MAX - k as u64;
         }
-        particles.carried = (0..n).map(|k| [40.0 + k as f64; 4]).collect();
+        particles.carried = Records::new(n);
+        for k in 0..n {
+            particles.carried[k] = [40.0 + k as f64; 4];
+        }
         let heat = particles.add_scalar("heat", true);
         particles.scalars[heat].values = (0..n).map(|k| 30.0 + k as f64).collect();
         let order = [3, 1, 4, 0, 2];

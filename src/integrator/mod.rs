@@ -17,6 +17,7 @@ use crate::kernel::Kernel;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
+use crate::state::Records;
 use crate::stopwatch::Phase;
 use crate::sweep::{
     Double, Motion, Precision, drag_forces, number_densities, pair_forces, site_pressures,
@@ -36,11 +37,11 @@ pub enum Source {
 #[derive(Debug, Default)]
 pub struct ForceParts {
     /// From the pressures.
-    pub conservative: Vec<[f64; 4]>,
+    pub conservative: Records,
     /// Drag at the present velocities.
-    pub dissipative: Vec<[f64; 4]>,
+    pub dissipative: Records,
     /// Noise of velocity Verlet at the given step.
-    pub random: Vec<[f64; 4]>,
+    pub random: Records,
 }
 
 /// A compiled step loop.
@@ -169,8 +170,7 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
     }
     wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
     parts.conservative.clone_from(&particles.force);
-    particles.drag.resize(particles.len(), [0.0; 4]);
-    particles.drag.fill([0.0; 4]);
+    particles.drag = Records::new(particles.len());
     particles.scratch.clone_from(&particles.velocity);
     if F::ON {
         if all {

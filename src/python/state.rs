@@ -176,7 +176,7 @@ impl Parsed {
     /// The engine takes over the state, bit for bit.
     pub fn restore(self, engine: &mut Engine) {
         let particles = &mut engine.particles;
-        particles.velocity = self.velocity;
+        particles.velocity.copy_from_slice(&self.velocity);
         particles.id = self.id;
         particles.row = self.row;
         particles.image = self.image;

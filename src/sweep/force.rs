@@ -9,7 +9,7 @@ use super::density::know_near;
 use super::noise::{Noise, ParticleWords, particle_words};
 use super::precision::{Copies, Precision};
 use super::rows::{Companion, Ends, Pairs, ROOM, whole};
-use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
+use super::tally::{BlockSums, Exchanged, PartLanes, Tally, Tensor, Virial, add_outer};
 use super::wide::Vector;
 use super::{Shared, Task, Walk, Wide, fetch, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
@@ -20,19 +20,18 @@ use crate::random::{SweepKey, Variate};
 use crate::real::{Arithmetic, Real, near_inverse_roots};
 use crate::state::Particles;
 
-/// The arrays of one chunk.
+/// The arrays of one chunk. What takes the place of another number takes its lane: the fewer arrays, the
+/// more of the particles' records stay in the first-level cache.
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Lanes<P: Precision> {
+    /// With sqrt(g) where there is noise, else g, in the place of weights once these are of no more use.
     pairs: Pairs<P>,
+    /// u_ij, in the end the force.
     u: [[P::Real; ROOM]; 3],
-    pressure: [P::Real; ROOM],
+    /// P_i/d_i^2 + P_j/d_j^2, then the factor of r that it makes.
+    push: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
     inverse_r: [P::Real; ROOM],
-    /// The factor of r that pressure makes.
-    push: [P::Real; ROOM],
-    /// sqrt(g) where there is noise, else g.
-    grip: [P::Real; ROOM],
-    force: [[P::Real; ROOM]; 3],
 }
 
 impl<P: Precision> Lanes<P> {
@@ -41,12 +40,9 @@ impl<P: Precision> Lanes<P> {
         Self {
             pairs: Pairs::new(),
             u: [zero; 3],
-            pressure: zero,
+            push: zero,
             noise: Noise::new(),
             inverse_r: zero,
-            push: zero,
-            grip: zero,
-            force: [zero; 3],
         }
     }
 }
@@ -113,7 +109,7 @@ impl<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> Task
         let Lanes {
             pairs,
             u,
-            pressure,
+            push: pressure,
             noise,
             ..
         } = self.lanes;
@@ -151,10 +147,12 @@ where
             let (r2, weight) = (lanes.pairs.r2[k], lanes.pairs.weight[k]);
             let [q, inverse_r] = r2.distance_from::<W::Arithmetic>(lanes.inverse_r[k]);
             let slope = K::f::<_, D>(q);
-            if CONSERVATIVE {
-                lanes.push[k] = lanes.pressure[k] * slope;
-            }
-            lanes.grip[k] = if NOISE {
+            lanes.push[k] = if CONSERVATIVE {
+                lanes.push[k] * slope
+            } else {
+                P::Real::ZERO
+            };
+            lanes.pairs.weight[k] = if NOISE {
                 K::root_f::<_, D>(q) * weight
             } else {
                 slope * (weight * weight)
@@ -175,7 +173,7 @@ impl<P: Precision> Lanes<P> {
         xi: Option<[P::Real; 3]>,
         k: usize,
     ) -> [P::Real; 3] {
-        let grip = self.grip[k];
+        let grip = self.pairs.weight[k];
         let g = if NOISE { grip * grip } else { grip };
         kick.force::<F, A, P::Real>(
             push,
@@ -221,7 +219,7 @@ impl<F: FrictionForm, P: Precision, const D: usize, const NOISE: bool> Task
                 Lanes::<P>::vector(&lanes.pairs.r, k).map(|x| push * x)
             };
             for a in 0..D {
-                lanes.force[a][k] = f[a];
+                lanes.u[a][k] = f[a];
             }
         }
     }
@@ -239,27 +237,47 @@ impl<P: Precision> Task for Scatter<'_, P> {
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let Lanes { pairs, force, .. } = self.lanes;
+        let Lanes {
+            pairs, u: force, ..
+        } = self.lanes;
         // SAFETY: blocks of one colour share no particle.
         unsafe { pairs.scatter::<W>(self.near, force, self.force) }
     }
 }
 
-/// Adds r (x) f to the sums: in all, or by part.
-struct Sum<'a, F, P: Precision, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> {
+/// Adds r (x) f to the sums.
+struct Sum<'a, P: Precision, const D: usize> {
     lanes: &'a mut Lanes<P>,
-    virial: &'a mut Virial,
+    sum: &'a mut Tensor,
+}
+
+impl<P: Precision, const D: usize> Task for Sum<'_, P, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let Lanes {
+            pairs, u: force, ..
+        } = self.lanes;
+        add_outer::<D, ROOM, ROOM, _, _>(self.sum, &pairs.r, force, pairs.count);
+    }
+}
+
+/// Adds r (x) f to the sums by part, before f is computed as a whole.
+struct SumParts<'a, F, P: Precision, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> {
+    lanes: &'a Lanes<P>,
+    sum: &'a mut Exchanged,
+    parts: &'a mut PartLanes,
     kick: &'a Kick,
     form: PhantomData<F>,
 }
 
 impl<F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>
-    Sum<'_, F, P, D, CONSERVATIVE, NOISE>
+    SumParts<'_, F, P, D, CONSERVATIVE, NOISE>
 where
     F: FrictionForm,
     P: Precision,
 {
-    /// Forces once more, by part; those of all together are left as they are.
     #[inline(always)]
     fn split<A: Arithmetic>(lanes: &Lanes<P>, kick: &Kick, parts: &mut PartLanes) {
         let zero = P::Real::ZERO;
@@ -289,7 +307,7 @@ where
 }
 
 impl<F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool> Task
-    for Sum<'_, F, P, D, CONSERVATIVE, NOISE>
+    for SumParts<'_, F, P, D, CONSERVATIVE, NOISE>
 where
     F: FrictionForm,
     P: Precision,
@@ -298,15 +316,11 @@ where
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let Lanes { pairs, force, .. } = self.lanes;
-        let Virial { sum, parts } = self.virial;
-        match parts {
-            Some(parts) => {
-                Self::split::<W::Arithmetic>(self.lanes, self.kick, parts);
-                parts.add_to::<D, ROOM, _>(sum, &self.lanes.pairs.r, self.lanes.pairs.count);
-            }
-            None => add_outer::<D, ROOM, ROOM, _, _>(&mut sum[0], &pairs.r, force, pairs.count),
-        }
+        let Self {
+            lanes, sum, parts, ..
+        } = self;
+        Self::split::<W::Arithmetic>(lanes, self.kick, parts);
+        parts.add_to::<D, ROOM, _>(sum, &lanes.pairs.r, lanes.pairs.count);
     }
 }
 
@@ -379,19 +393,28 @@ fn finish<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>(
         lanes,
         kernel: PhantomData,
     });
+    if let Some(Virial {
+        sum,
+        parts: Some(parts),
+    }) = virial
+    {
+        run_wide(SumParts::<F, P, D, CONSERVATIVE, NOISE> {
+            lanes,
+            sum,
+            parts,
+            kick,
+            form: PhantomData,
+        });
+    }
     run_wide(Compute::<F, P, D, NOISE> {
         lanes,
         kick,
         form: PhantomData,
     });
     run_wide(Scatter { lanes, near, force });
-    if let Some(virial) = virial {
-        run_wide(Sum::<F, P, D, CONSERVATIVE, NOISE> {
-            lanes,
-            virial,
-            kick,
-            form: PhantomData,
-        });
+    if let Some(Virial { sum, parts: None }) = virial {
+        let sum = &mut sum[0];
+        run_wide(Sum::<P, D> { lanes, sum });
     }
 }
 

@@ -44,8 +44,8 @@ impl<const N: usize, R: Real> Noise<N, R> {
             let to = [0, 1].map(|n: usize| self.names[n].as_mut_ptr().add(lane));
             let of = |slot: u32| *of.get_unchecked(slot as usize);
             if ends.two {
-                let words = [of(ends.heads[0]), of(ends.heads[V::LANES - 1])];
-                V::store_either(ends.first, words, to[0]);
+                let words = ends.two_heads::<V>().map(of);
+                V::store_either(ends.first::<V>(), words, to[0]);
             } else {
                 for n in 0..V::LANES {
                     std::ptr::write_volatile(to[0].add(n), of(ends.heads[n]));

@@ -160,24 +160,22 @@ pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
 /// Slots of both ends of as many pairs as a vector has lanes.
 pub(super) struct Ends<'a> {
     pub heads: &'a [u32; MOST],
-    /// Bits of the lanes whose head is that of the first one.
-    pub first: u32,
-    /// Have all others that of the last one?
-    pub two: bool,
     pub others: &'a [u32; MOST],
+    /// Are there no heads but those of the first and the last lane?
+    pub two: bool,
 }
 
-impl<'a> Ends<'a> {
+impl Ends<'_> {
+    /// The heads of the first and of the last lane.
     #[inline(always)]
-    fn new<V: Vector>(heads: &'a [u32; MOST], others: &'a [u32; MOST]) -> Self {
-        let first = V::equal(heads, heads[0]);
-        let last = V::equal(heads, heads[V::LANES - 1]);
-        Self {
-            heads,
-            first,
-            two: first | last == first_lanes::<V>(V::LANES),
-            others,
-        }
+    pub(super) fn two_heads<V: Vector>(&self) -> [u32; 2] {
+        [self.heads[0], self.heads[V::LANES - 1]]
+    }
+
+    /// Bits of the lanes whose head is that of the first one.
+    #[inline(always)]
+    pub(super) fn first<V: Vector>(&self) -> u32 {
+        V::equal(self.heads, self.heads[0])
     }
 
     /// The columns of the heads' records.
@@ -191,13 +189,9 @@ impl<'a> Ends<'a> {
             if !self.two {
                 return V::columns(base.as_ptr(), self.heads.as_ptr());
             }
-            // Nearly always. Whether there are two or one is not worth a look.
-            let mut columns = four::<V>(base.get_unchecked(self.heads[0] as usize));
-            let last = four::<V>(base.get_unchecked(self.heads[V::LANES - 1] as usize));
-            for (column, last) in columns.iter_mut().zip(last) {
-                *column = column.where_set(self.first, last);
-            }
-            columns
+            let [first, last] = self.two_heads::<V>();
+            let record = |slot: u32| base.as_ptr().add(slot as usize);
+            V::of_two([record(first), record(last)], self.first::<V>())
         }
     }
 
@@ -259,6 +253,9 @@ pub(super) struct Pairs<P: Precision = Double> {
     row_count: usize,
     /// Slots of the heads, lane by lane.
     heads: [u32; ROOM],
+    /// The vectors that have more than two of them, by their first lane.
+    several: [u16; CHUNK / LANES + 1],
+    several_count: usize,
     /// Where the partners begin among the slots of the near pairs.
     first: usize,
     pub r: [[P::Real; ROOM]; 3],
@@ -274,6 +271,8 @@ impl<P: Precision> Pairs<P> {
             rows: [[0; 2]; CHUNK],
             row_count: 0,
             heads: [0; ROOM],
+            several: [0; CHUNK / LANES + 1],
+            several_count: 0,
             first: 0,
             r: [[P::Real::ZERO; ROOM]; 3],
             r2: [P::Real::ZERO; ROOM],
@@ -291,40 +290,78 @@ impl<P: Precision> Pairs<P> {
         walk: &mut Walk,
         companion: &mut impl Companion<P::Vector<W>>,
     ) {
-        (self.row_count, self.count) = (0, 0);
+        self.enter::<P::Vector<W>>(near, walk);
+        let wrap = Wrap::<P, W>::new(cell);
+        // Vectors take no notice of where rows end: hardly any has more than two heads, and those that
+        // have are done again.
+        for lane in (0..self.count).step_by(P::Vector::<W>::LANES) {
+            // SAFETY: lanes for all pairs and a vector more.
+            unsafe { self.take::<W, D>(near, &wrap, place, companion, lane, true) };
+        }
+        for n in 0..self.several_count {
+            let lane = self.several[n] as usize;
+            // SAFETY: as above.
+            unsafe { self.take::<W, D>(near, &wrap, place, companion, lane, false) };
+        }
+    }
+
+    /// Notes the rows and heads of the next pairs.
+    #[inline(always)]
+    fn enter<V: Vector>(&mut self, near: &Rows, walk: &mut Walk) {
+        (self.row_count, self.count, self.several_count) = (0, 0, 0);
         self.first = walk.pair as usize;
         let stop = walk.stop(&near.ends, CHUNK);
         while let Some((head, pairs)) = walk.next_row(&near.ends, stop) {
-            let lane = self.count;
-            self.count += pairs.len();
-            self.rows[self.row_count] = [head, self.count as u32];
+            let (lane, end) = (self.count, self.count + pairs.len());
+            self.count = end;
+            self.rows[self.row_count] = [head, end as u32];
             self.row_count += 1;
             // The next row overwrites what is behind this one.
-            for k in (lane..self.count).step_by(STRIDE) {
+            for k in (lane..end).step_by(STRIDE) {
                 self.heads[k..k + STRIDE].fill(head);
             }
+            // A row inside a vector: it has three heads, or more.
+            let inside = lane % V::LANES != 0 && lane / V::LANES == end / V::LANES;
+            self.several[self.several_count] = (lane - lane % V::LANES) as u16;
+            let known = self.several_count > 0
+                && self.several[self.several_count - 1] == self.several[self.several_count];
+            self.several_count += usize::from(inside && !known);
         }
         // What the last vector holds beyond, whatever it holds: slots of particles.
         let last = self.heads[self.count.max(1) - 1];
         self.heads[self.count..self.count + MOST].fill(last);
-        let wrap = Wrap::<P, W>::new(cell);
-        // Vectors take no notice of where rows end: hardly any has more than two heads.
-        for lane in (0..self.count).step_by(P::Vector::<W>::LANES) {
-            // SAFETY: slots of particles; lanes for all pairs and a vector more.
-            unsafe {
-                let heads = &*self.heads.as_ptr().add(lane).cast::<[u32; MOST]>();
-                let others = &*near.slots.as_ptr().add(self.first + lane).cast();
-                let ends = Ends::new::<P::Vector<W>>(heads, others);
-                let (here, there) = (ends.of_heads(place), ends.of_others(place));
-                let (r, r2) = wrap.between::<D>(&here, &there);
-                for a in 0..D {
-                    r[a].store(self.r[a].as_mut_ptr().add(lane));
-                }
-                r2.store(self.r2.as_mut_ptr().add(lane));
-                let weight = P::Vector::<W>::times(here[3], there[3]);
-                weight.store(self.weight.as_mut_ptr().add(lane));
-                companion.take(&ends, lane);
+    }
+
+    /// Takes as many pairs as a vector has lanes.
+    ///
+    /// # Safety
+    /// There are slots of as many from that lane on.
+    #[inline(always)]
+    unsafe fn take<W: Wide, const D: usize>(
+        &mut self,
+        near: &Rows,
+        wrap: &Wrap<P, W>,
+        place: &[[P::Real; 4]],
+        companion: &mut impl Companion<P::Vector<W>>,
+        lane: usize,
+        two: bool,
+    ) {
+        // SAFETY: slots of particles; lanes are promised by the caller.
+        unsafe {
+            let ends = Ends {
+                heads: &*self.heads.as_ptr().add(lane).cast(),
+                others: &*near.slots.as_ptr().add(self.first + lane).cast(),
+                two,
+            };
+            let (here, there) = (ends.of_heads(place), ends.of_others(place));
+            let (r, r2) = wrap.between::<D>(&here, &there);
+            for a in 0..D {
+                r[a].store(self.r[a].as_mut_ptr().add(lane));
             }
+            r2.store(self.r2.as_mut_ptr().add(lane));
+            let weight = P::Vector::<W>::times(here[3], there[3]);
+            weight.store(self.weight.as_mut_ptr().add(lane));
+            companion.take(&ends, lane);
         }
     }
 

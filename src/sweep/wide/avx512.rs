@@ -86,6 +86,23 @@ impl Vector for Avx512 {
         unsafe { store_either(keep as u8, words, to) }
     }
     #[inline(always)]
+    unsafe fn of_two([set, unset]: [*const [f64; 4]; 2], first: u32) -> [Self; 4] {
+        unsafe {
+            let both = _mm512_insertf64x4::<1>(
+                _mm512_castpd256_pd512(_mm256_loadu_pd(set.cast())),
+                _mm256_loadu_pd(unset.cast()),
+            );
+            let (zero, four) = (_mm512_setzero_si512(), _mm512_set1_epi64(4));
+            let mut place = _mm512_mask_mov_epi64(four, first as u8, zero);
+            let mut columns = [Self(both); 4];
+            for column in &mut columns {
+                *column = Self(_mm512_permutexvar_pd(place, both));
+                place = _mm512_add_epi64(place, _mm512_set1_epi64(1));
+            }
+            columns
+        }
+    }
+    #[inline(always)]
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
         unsafe {
             let eight = _mm256_loadu_si256(numbers.as_ptr().cast());
@@ -324,6 +341,23 @@ impl Vector for Single {
         unsafe {
             store_either(keep as u8, words, to);
             store_either((keep >> LANES) as u8, words, to.add(LANES));
+        }
+    }
+    #[inline(always)]
+    unsafe fn of_two([set, unset]: [*const [f32; 4]; 2], first: u32) -> [Self; 4] {
+        unsafe {
+            let both = _mm512_castps256_ps512(_mm256_set_m128(
+                _mm_loadu_ps(unset.cast()),
+                _mm_loadu_ps(set.cast()),
+            ));
+            let (zero, four) = (_mm512_setzero_si512(), _mm512_set1_epi32(4));
+            let mut place = _mm512_mask_mov_epi32(four, first as u16, zero);
+            let mut columns = [Self(both); 4];
+            for column in &mut columns {
+                *column = Self(_mm512_permutexvar_ps(place, both));
+                place = _mm512_add_epi32(place, _mm512_set1_epi32(1));
+            }
+            columns
         }
     }
     #[inline(always)]

@@ -124,6 +124,11 @@ pub trait Vector: Copy {
     /// # Safety
     /// See the trait.
     unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64);
+    /// The four columns of the first record where the bits are set, of the second one elsewhere.
+    ///
+    /// # Safety
+    /// There are two records; for the rest see the trait.
+    unsafe fn of_two(records: [*const [Self::Number; 4]; 2], first: u32) -> [Self; 4];
     /// Bit k is set where number k is that one.
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32;
 }
@@ -380,11 +385,15 @@ mod tests {
             columns[0]
                 .where_set(0b0101_1010_0110_1001, sum)
                 .store(lanes.as_mut_ptr());
-            out.extend(lanes);
+            out.extend(&lanes);
+            for column in V::of_two([&records[4], &records[9]], 0b0101_1010_0110_1001) {
+                column.store(lanes.as_mut_ptr());
+                out.extend(&lanes);
+            }
             let mut heads = [7; 2 * LANES];
             heads[5..].fill(9);
-            out.push(R::of(f64::from(V::equal(&heads, 7) & all)));
-            out.push(R::of(f64::from(V::equal(&heads, 9) & all)));
+            let equal = [7, 9, 8].map(|head| V::equal(&heads, head) & all);
+            assert_eq!(equal, [31, all - 31, 0]);
             let mut words = [0; 2 * LANES];
             V::store_either(0b0101_1010_0110_1001, [3, 1 << 40], words.as_mut_ptr());
             out.extend(words.map(|word| R::of(word as f64)));
