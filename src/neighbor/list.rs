@@ -41,13 +41,34 @@ impl Rows {
     /// Room for so many rows and slots, and none in use.
     fn fit(&mut self, rows: usize, slots: usize) {
         self.ends.clear();
-        self.ends.reserve_exact(rows);
+        self.ends.reserve_exact(rows + 1);
         if self.slots.capacity() < slots {
             self.slots
                 .reserve_exact(slots - self.slots.len() + slots / 16);
         }
         self.slots.clear();
         self.slots.resize(slots, 0);
+    }
+}
+
+/// Up to eight pairs of a row, following those of the octet before: a sweep over octets has no inner
+/// loop whose end no machine foresees.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct Octet(u8);
+
+impl Octet {
+    const LAST: u8 = 16;
+
+    /// Number of pairs.
+    #[inline(always)]
+    pub fn count(self) -> usize {
+        usize::from(self.0 & 15)
+    }
+
+    /// Is it the last one of its row?
+    #[inline(always)]
+    pub fn is_last(self) -> bool {
+        self.0 & Self::LAST != 0
     }
 }
 
@@ -59,6 +80,8 @@ pub struct BlockList {
     /// Slots of partners, row after row, and some more behind the last, so that a row can be read a
     /// vector at a time.
     pub neighbours: Vec<u32>,
+    /// The rows in octets, as many as fill whole vectors: the last one may be empty.
+    pub octets: Vec<Octet>,
     /// The same pairs in shuffled order, as places in the region; only if asked for.
     pub shuffled: Vec<[u16; 2]>,
     /// Where each round begins in `shuffled`, and where the last one ends.
@@ -185,6 +208,7 @@ impl PairList {
                 + 8 * b.runs.capacity()
                 + 16 * b.spans.iter().map(Vec::capacity).sum::<usize>()
                 + 4 * b.neighbours.capacity()
+                + b.octets.capacity()
                 + 4 * (b.shuffled.capacity() + b.slots.capacity() + b.counts.capacity())
         };
         let near_bytes = |near: &Rows| 8 * near.ends.capacity() + 4 * near.slots.capacity();
@@ -284,6 +308,28 @@ impl BlockList {
         // What follows the last pair must lead to slots as well.
         self.neighbours.truncate(self.pairs());
         self.neighbours.resize(self.pairs() + MOST, 0);
+        self.divide();
+    }
+
+    /// Divides the rows into octets.
+    fn divide(&mut self) {
+        let most = self.pairs() / LANES + self.rows.len() + 1;
+        self.octets.clear();
+        if self.octets.capacity() < most {
+            self.octets.reserve_exact(most);
+        }
+        let mut first = 0;
+        for &[_, end] in &self.rows {
+            while first < end {
+                let count = (end - first).min(LANES as u32);
+                first += count;
+                let last = if first == end { Octet::LAST } else { 0 };
+                self.octets.push(Octet(count as u8 | last));
+            }
+        }
+        if self.octets.len() % 2 == 1 {
+            self.octets.push(Octet(0));
+        }
     }
 
     /// Slot ranges that may hold partners of the heads in cell `here`, which lies in the block at

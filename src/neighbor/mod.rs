@@ -7,6 +7,6 @@ mod schedule;
 mod skin;
 
 pub use grid::Grid;
-pub use list::{BlockList, PairList, ROUNDS, Rows};
+pub use list::{BlockList, Octet, PairList, ROUNDS, Rows};
 pub use schedule::Schedule;
 pub use skin::{SkinModel, automatic_skin};

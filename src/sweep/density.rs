@@ -5,11 +5,12 @@ use std::marker::PhantomData;
 use rayon::prelude::*;
 
 use super::precision::{Copies, Precision};
-use super::rows::{MOST, STRIDE, near_partners, row_sums};
+use super::rows::{MOST, STRIDE, Wrap, four, row_sums};
+use super::wide::{LANES, Vector};
 use super::{Shared, Task, Wide, fetch, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{BlockList, Grid, PairList, Rows};
+use crate::neighbor::{BlockList, Grid, Octet, PairList, Rows};
 use crate::real::{Real, near_inverse_roots};
 use crate::state::Particles;
 
@@ -17,12 +18,20 @@ use crate::state::Particles;
 /// one ends, nor how many of its pairs are within the support, to begin with the next.
 const BATCH: usize = 1024;
 
+/// Octets whose distances are computed at once, before those within the support are found among them.
+const GROUP: usize = 32;
+
 /// Square distances of some pairs, then their weights.
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Batch<R> {
-    lanes: [R; BATCH + STRIDE],
+    /// Of a group of octets.
+    listed: [R; LANES * GROUP],
+    /// Pairs within the support up to the end of each of them.
+    until: [u32; GROUP],
+    /// Of those within the support: of a batch, and what the last group adds.
+    lanes: [R; BATCH + LANES * GROUP + STRIDE],
     /// 1/r, as precise as single precision.
-    inverse_r: [R; BATCH + STRIDE],
+    inverse_r: [R; BATCH + LANES * GROUP + STRIDE],
     /// Their first row among the near ones, and where they begin among the slots.
     row: usize,
     begin: usize,
@@ -31,12 +40,32 @@ struct Batch<R> {
 impl<R: Real> Batch<R> {
     fn new() -> Self {
         Self {
-            lanes: [R::ZERO; BATCH + STRIDE],
-            inverse_r: [R::ZERO; BATCH + STRIDE],
+            listed: [R::ZERO; LANES * GROUP],
+            until: [0; GROUP],
+            lanes: [R::ZERO; BATCH + LANES * GROUP + STRIDE],
+            inverse_r: [R::ZERO; BATCH + LANES * GROUP + STRIDE],
             row: 0,
             begin: 0,
         }
     }
+}
+
+/// How far a sweep over octets has come: rows and pairs of the list before the octet at hand.
+#[derive(Default)]
+struct Here {
+    row: usize,
+    pair: usize,
+}
+
+/// What has been found of a block.
+#[derive(Default)]
+struct Found {
+    /// Rows of the list that have been looked through, and the octets up to their ends.
+    listed: usize,
+    octets: usize,
+    /// Rows with pairs within the support, and these pairs.
+    rows: usize,
+    pairs: usize,
 }
 
 struct DensityTask<'a, K, P: Precision, const D: usize> {
@@ -55,48 +84,143 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
 
     #[inline(always)]
     fn run<W: Wide>(mut self) {
-        let block = self.block;
-        self.near.ends.clear();
+        let wrap = Wrap::<P, W>::new(self.cell);
+        let (mut here, mut found) = (Here::default(), Found::default());
         (self.batch.row, self.batch.begin) = (0, 0);
-        let (mut first, mut length) = (0, 0);
-        for &[head, end] in &block.rows {
-            let (end, before) = (end as usize, length);
-            // Its end is known when all of it has been searched.
-            self.near.ends.push([head, u32::MAX]);
-            while first < end {
-                if length == self.batch.begin + BATCH {
-                    // Nowhere else: the order of sums must not depend on the skin.
-                    self.give::<W>(length);
-                    self.batch.row = self.near.ends.len() - 1;
-                }
-                let begin = self.batch.begin;
-                let count = (end - first).min(begin + BATCH - length);
-                // SAFETY: pairs of a row of this block, for which there are lanes, and a vector more.
-                length += unsafe {
-                    near_partners::<P, W, D>(
-                        block,
-                        self.cell,
-                        self.place,
-                        head,
-                        first,
-                        count,
-                        self.batch.lanes.as_mut_ptr().add(length - begin),
-                        self.near,
-                        length,
-                    )
-                };
-                first += count;
+        // Behind the last row one more may be noted, and taken back.
+        self.near.ends.resize(self.block.rows.len() + 1, [0; 2]);
+        for (n, group) in self.block.octets.chunks(GROUP).enumerate() {
+            let first = here.pair;
+            // SAFETY: these are the octets of the block, each group once.
+            unsafe {
+                self.measure::<W>(&wrap, group, &mut here);
+                self.keep::<W>(group, first, &mut found);
             }
-            self.near.ends.pop();
-            if length > before {
-                self.near.ends.push([head, length as u32]);
+            self.end_rows(GROUP * n, group.len(), &mut found);
+            while found.pairs >= self.batch.begin + BATCH {
+                // Nowhere else: the order of sums must not depend on the skin.
+                self.give::<W>(self.batch.begin + BATCH);
+                self.batch
+                    .lanes
+                    .copy_within(BATCH..BATCH + LANES * GROUP, 0);
             }
         }
-        self.give::<W>(length);
+        self.give::<W>(found.pairs);
+        self.near.ends.truncate(found.rows);
     }
 }
 
 impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
+    /// Square distances of a group of octets. No turn needs to know what another one finds.
+    ///
+    /// # Safety
+    /// They are the next octets of the block, and fill whole vectors.
+    #[inline(always)]
+    unsafe fn measure<W: Wide>(&mut self, wrap: &Wrap<P, W>, group: &[Octet], here: &mut Here) {
+        let (rows, place) = (&self.block.rows, self.place.as_ptr());
+        let neighbours = self.block.neighbours.as_ptr();
+        let Here { mut row, mut pair } = *here;
+        let together = P::Vector::<W>::LANES / LANES;
+        for (turn, octets) in group.chunks_exact(together).enumerate() {
+            let (mut records, mut slots) = ([place; 2], [neighbours; 2]);
+            for (k, octet) in octets.iter().enumerate() {
+                // SAFETY: promised by the caller. An empty octet behind the last row has any head.
+                unsafe {
+                    let [head, _] = *rows.get_unchecked(row.min(rows.len() - 1));
+                    records[k] = place.add(head as usize);
+                    slots[k] = neighbours.add(pair);
+                }
+                pair += octet.count();
+                row += usize::from(octet.is_last());
+            }
+            // SAFETY: heads and neighbours are slots of particles, and there is a vector of
+            // neighbours more than pairs.
+            unsafe {
+                let heads = if together == 1 {
+                    four::<P::Vector<W>>(&*records[0])
+                } else {
+                    P::Vector::<W>::of_two(records, 0xff)
+                };
+                let others = P::Vector::<W>::columns_of(place, slots);
+                let (_, square) = wrap.between::<D>(&heads, &others);
+                let lane = turn * P::Vector::<W>::LANES;
+                square.store(self.batch.listed.as_mut_ptr().add(lane));
+            }
+        }
+        *here = Here { row, pair };
+    }
+
+    /// Puts those within the support one behind the other: their square distances, and the slots of
+    /// partners, which begin at `pair` in the list.
+    ///
+    /// # Safety
+    /// As for `measure`, which has been there before.
+    #[inline(always)]
+    unsafe fn keep<W: Wide>(&mut self, group: &[Octet], mut pair: usize, found: &mut Found) {
+        let batch = &mut *self.batch;
+        let neighbours = self.block.neighbours.as_ptr();
+        let slots = self.near.slots.as_mut_ptr();
+        let together = P::Vector::<W>::LANES / LANES;
+        let support = P::Vector::<W>::splat(P::Real::of(1.0));
+        let mut pairs = found.pairs;
+        let turns = group.chunks_exact(together);
+        for (turn, (octets, until)) in turns
+            .zip(batch.until.chunks_exact_mut(together))
+            .enumerate()
+        {
+            let lane = turn * P::Vector::<W>::LANES;
+            let mut listed = 0;
+            for (k, octet) in octets.iter().enumerate() {
+                listed |= ((1 << octet.count()) - 1) << (LANES * k);
+            }
+            // SAFETY: promised by the caller; there is room for all pairs of the list, and a vector more.
+            unsafe {
+                let square = P::Vector::<W>::load(batch.listed.as_ptr().add(lane));
+                let keep = square.below(support) & listed;
+                square.store_kept(keep, batch.lanes.as_mut_ptr().add(pairs - batch.begin));
+                for (k, octet) in octets.iter().enumerate() {
+                    let keep = (keep >> (LANES * k)) as u8;
+                    let from = neighbours.add(pair).cast::<[u32; LANES]>();
+                    let to = slots.add(pairs).cast::<[u32; LANES]>();
+                    to.write_unaligned(W::kept(from.read_unaligned(), keep));
+                    pairs += keep.count_ones() as usize;
+                    pair += octet.count();
+                    until[k] = pairs as u32;
+                }
+            }
+        }
+        found.pairs = pairs;
+    }
+
+    /// Notes the rows that end within so many octets from the `first` on, and the one at hand.
+    #[inline(always)]
+    fn end_rows(&mut self, first: usize, count: usize, found: &mut Found) {
+        let (rows, ends) = (&self.block.rows, &mut self.near.ends);
+        let mut begin = if found.listed == 0 {
+            0
+        } else {
+            rows[found.listed - 1][1]
+        };
+        let mut known = if found.rows == 0 {
+            0
+        } else {
+            ends[found.rows - 1][1]
+        };
+        while let Some(&[head, end]) = rows.get(found.listed) {
+            let octets = found.octets + (end - begin).div_ceil(LANES as u32) as usize;
+            if octets > first + count {
+                ends[found.rows] = [head, u32::MAX];
+                break;
+            }
+            let until = self.batch.until[octets - 1 - first];
+            ends[found.rows] = [head, until];
+            // A row without any is none.
+            found.rows += usize::from(until > known);
+            (begin, known) = (end, until);
+            (found.listed, found.octets) = (found.listed + 1, octets);
+        }
+    }
+
     /// Gives the weights of the batch, which ends there among the slots, to both ends of its pairs.
     #[inline(always)]
     fn give<W: Wide>(&mut self, end: usize) {
@@ -120,7 +244,8 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
             unsafe { *density.slot(slot) += w.double() };
         }
         let mut weights = batch.lanes.as_ptr();
-        for &[head, until] in &self.near.ends[batch.row..] {
+        while begin < end {
+            let [head, until] = self.near.ends[batch.row];
             let until = (until as usize).min(end);
             // SAFETY: as above; the row's lanes, and a stride more.
             unsafe {
@@ -129,6 +254,7 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
                 weights = weights.add(until - begin);
             }
             begin = until;
+            batch.row += usize::from(begin < end);
         }
     }
 }

@@ -7,7 +7,7 @@ use super::precision::{Double, Precision};
 use super::wide::{LANES, Vector};
 use super::{CHUNK, Shared, Walk, Wide};
 use crate::domain::PeriodicBox;
-use crate::neighbor::{BlockList, Rows};
+use crate::neighbor::Rows;
 use crate::real::{ROUNDER, Real};
 
 /// Lanes of the widest registers.
@@ -34,7 +34,7 @@ pub(crate) fn first_lanes<V: Vector>(count: usize) -> u32 {
 
 /// Closures must not touch a [`Vector`]: they would be compiled without its instructions.
 #[inline(always)]
-fn four<V: Vector>(numbers: &[V::Number; 4]) -> [V; 4] {
+pub(super) fn four<V: Vector>(numbers: &[V::Number; 4]) -> [V; 4] {
     [
         V::splat(numbers[0]),
         V::splat(numbers[1]),
@@ -111,50 +111,6 @@ impl<P: Precision, W: Wide> Separation<P, W> {
     ) -> ([P::Vector<W>; 3], P::Vector<W>) {
         self.wrap.between::<D>(&self.head, others)
     }
-}
-
-/// Finds which of `count` partners of a head, from the `first` of the list on, are within the support:
-/// their square distances go to the front of `r2`, their slots into `near` from `length` on. Returns
-/// how many they are.
-///
-/// # Safety
-/// The partners are pairs of `block`, whose slots are those of `place`; `r2` is good for as
-/// many numbers and a vector more; `near` has room for as many slots as the list of the block.
-#[inline(always)]
-#[allow(clippy::too_many_arguments)]
-pub(super) unsafe fn near_partners<P: Precision, W: Wide, const D: usize>(
-    block: &BlockList,
-    cell: &PeriodicBox,
-    place: &[[P::Real; 4]],
-    head: u32,
-    first: usize,
-    count: usize,
-    r2: *mut P::Real,
-    near: &mut Rows,
-    length: usize,
-) -> usize {
-    let head_at = Separation::<P, W>::new(&place[head as usize], cell);
-    let support = P::Vector::<W>::splat(P::Real::of(1.0));
-    let mut found = 0;
-    for k in (0..count).step_by(P::Vector::<W>::LANES) {
-        // SAFETY: slots of particles; a list has room for a vector more than its pairs.
-        unsafe {
-            let mut from = block.neighbours.as_ptr().add(first + k);
-            let other = P::Vector::<W>::columns(place.as_ptr(), from);
-            let (_, square) = head_at.from::<D>(&other);
-            let mut keep = square.below(support) & first_lanes::<P::Vector<W>>(count - k);
-            square.store_kept(keep, r2.add(found));
-            for _ in (0..P::Vector::<W>::LANES).step_by(LANES) {
-                let kept = W::kept(from.cast::<[u32; LANES]>().read_unaligned(), keep as u8);
-                let to = near.slots.as_mut_ptr().add(length + found);
-                to.cast::<[u32; LANES]>().write_unaligned(kept);
-                found += (keep & 0xff).count_ones() as usize;
-                from = from.add(LANES);
-                keep >>= LANES;
-            }
-        }
-    }
-    found
 }
 
 /// Slots of both ends of as many pairs as a vector has lanes.

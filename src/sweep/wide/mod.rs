@@ -103,7 +103,17 @@ pub trait Vector: Copy {
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn columns(base: *const [Self::Number; 4], slots: *const u32) -> [Self; 4];
+    #[inline(always)]
+    unsafe fn columns(base: *const [Self::Number; 4], slots: *const u32) -> [Self; 4] {
+        // SAFETY: promised by the caller.
+        unsafe { Self::columns_of(base, [slots, slots.wrapping_add(LANES)]) }
+    }
+    /// The same of slots that are in two places, eight and eight; where there are eight lanes the second
+    /// one is of no matter.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn columns_of(base: *const [Self::Number; 4], slots: [*const u32; 2]) -> [Self; 4];
     /// Takes the lanes of three columns from the first three numbers of the records of some slots, in
     /// double precision and one lane after the other: two may have the same slot. The fourth number may be
     /// written as well, as it is.
