@@ -169,9 +169,9 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
         particles.force.fill([0.0; 4]);
     }
     wall_forces::<K, Frictionless, Silent, D>(particles, walls, grid, kick, key);
-    parts.conservative.clone_from(&particles.force);
+    parts.conservative = particles.force.clone();
     particles.drag = Records::new(particles.len());
-    particles.scratch.clone_from(&particles.velocity);
+    particles.scratch = particles.velocity.clone();
     if F::ON {
         if all {
             drag_forces::<K, F, Silent, Double, D>(particles, grid, list, cell, kick, key, None);
@@ -179,7 +179,7 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
         let motion = Motion::Actual;
         wall_drag::<K, F, Silent, D>(particles, walls, grid, kick, key, motion);
     }
-    parts.dissipative.clone_from(&particles.drag);
+    parts.dissipative = particles.drag.clone();
     particles.scratch.fill([0.0; 4]);
     particles.drag.fill([0.0; 4]);
     if V::ON {
@@ -189,7 +189,7 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
         let motion = Motion::Difference;
         wall_drag::<K, F, V, D>(particles, walls, grid, kick, key, motion);
     }
-    parts.random.clone_from(&particles.drag);
+    parts.random = particles.drag.clone();
     (particles.force, particles.drag, particles.scratch) = saved;
     (walls.force, walls.drag) = saved_walls;
     parts

@@ -41,7 +41,7 @@ impl Rows {
     /// Room for so many rows and slots, and none in use.
     fn fit(&mut self, rows: usize, slots: usize) {
         self.ends.clear();
-        self.ends.reserve_exact(rows + 1);
+        self.ends.reserve_exact(rows);
         if self.slots.capacity() < slots {
             self.slots
                 .reserve_exact(slots - self.slots.len() + slots / 16);
@@ -249,6 +249,7 @@ impl BlockList {
         self.region = Default::default();
         self.rows.clear();
         self.neighbours.clear();
+        self.octets.clear();
         self.shuffled.clear();
         self.slots.clear();
     }
@@ -313,10 +314,9 @@ impl BlockList {
 
     /// Divides the rows into octets.
     fn divide(&mut self) {
-        let most = self.pairs() / LANES + self.rows.len() + 1;
-        self.octets.clear();
+        let most = self.pairs() / LANES + self.rows.len() + MOST / LANES;
         if self.octets.capacity() < most {
-            self.octets.reserve_exact(most);
+            self.octets.reserve_exact(most + most / 16);
         }
         let mut first = 0;
         for &[_, end] in &self.rows {
@@ -327,9 +327,8 @@ impl BlockList {
                 self.octets.push(Octet(count as u8 | last));
             }
         }
-        if self.octets.len() % 2 == 1 {
-            self.octets.push(Octet(0));
-        }
+        let whole = self.octets.len().next_multiple_of(MOST / LANES);
+        self.octets.resize(whole, Octet(0));
     }
 
     /// Slot ranges that may hold partners of the heads in cell `here`, which lies in the block at

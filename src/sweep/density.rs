@@ -21,18 +21,23 @@ const BATCH: usize = 1024;
 /// Octets whose distances are computed at once, before those within the support are found among them.
 const GROUP: usize = 32;
 
+// Groups fill whole vectors, add no more than a batch, and batches are whole vectors.
+const _: () = assert!(
+    (LANES * GROUP).is_multiple_of(MOST) && LANES * GROUP <= BATCH && BATCH.is_multiple_of(MOST)
+);
+
 /// Square distances of some pairs, then their weights.
 #[repr(align(64))] // vectors must not straddle cache lines
 struct Batch<R> {
     /// Of a group of octets.
-    listed: [R; LANES * GROUP],
+    squares: [R; LANES * GROUP],
     /// Pairs within the support up to the end of each of them.
     until: [u32; GROUP],
     /// Of those within the support: of a batch, and what the last group adds.
     lanes: [R; BATCH + LANES * GROUP + STRIDE],
     /// 1/r, as precise as single precision.
     inverse_r: [R; BATCH + LANES * GROUP + STRIDE],
-    /// Their first row among the near ones, and where they begin among the slots.
+    /// Their first row among the near ones, or that before it, and where they begin among the slots.
     row: usize,
     begin: usize,
 }
@@ -40,7 +45,7 @@ struct Batch<R> {
 impl<R: Real> Batch<R> {
     fn new() -> Self {
         Self {
-            listed: [R::ZERO; LANES * GROUP],
+            squares: [R::ZERO; LANES * GROUP],
             until: [0; GROUP],
             lanes: [R::ZERO; BATCH + LANES * GROUP + STRIDE],
             inverse_r: [R::ZERO; BATCH + LANES * GROUP + STRIDE],
@@ -61,7 +66,7 @@ struct Here {
 #[derive(Default)]
 struct Found {
     /// Rows of the list that have been looked through, and the octets up to their ends.
-    listed: usize,
+    searched: usize,
     octets: usize,
     /// Rows with pairs within the support, and these pairs.
     rows: usize,
@@ -87,8 +92,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
         let wrap = Wrap::<P, W>::new(self.cell);
         let (mut here, mut found) = (Here::default(), Found::default());
         (self.batch.row, self.batch.begin) = (0, 0);
-        // Behind the last row one more may be noted, and taken back.
-        self.near.ends.resize(self.block.rows.len() + 1, [0; 2]);
+        self.near.ends.resize(self.block.rows.len(), [0; 2]);
         for (n, group) in self.block.octets.chunks(GROUP).enumerate() {
             let first = here.pair;
             // SAFETY: these are the octets of the block, each group once.
@@ -97,7 +101,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
                 self.keep::<W>(group, first, &mut found);
             }
             self.end_rows(GROUP * n, group.len(), &mut found);
-            while found.pairs >= self.batch.begin + BATCH {
+            if found.pairs >= self.batch.begin + BATCH {
                 // Nowhere else: the order of sums must not depend on the skin.
                 self.give::<W>(self.batch.begin + BATCH);
                 self.batch
@@ -144,7 +148,7 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
                 let others = P::Vector::<W>::columns_of(place, slots);
                 let (_, square) = wrap.between::<D>(&heads, &others);
                 let lane = turn * P::Vector::<W>::LANES;
-                square.store(self.batch.listed.as_mut_ptr().add(lane));
+                square.store(self.batch.squares.as_mut_ptr().add(lane));
             }
         }
         *here = Here { row, pair };
@@ -175,7 +179,7 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
             }
             // SAFETY: promised by the caller; there is room for all pairs of the list, and a vector more.
             unsafe {
-                let square = P::Vector::<W>::load(batch.listed.as_ptr().add(lane));
+                let square = P::Vector::<W>::load(batch.squares.as_ptr().add(lane));
                 let keep = square.below(support) & listed;
                 square.store_kept(keep, batch.lanes.as_mut_ptr().add(pairs - batch.begin));
                 for (k, octet) in octets.iter().enumerate() {
@@ -196,17 +200,17 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
     #[inline(always)]
     fn end_rows(&mut self, first: usize, count: usize, found: &mut Found) {
         let (rows, ends) = (&self.block.rows, &mut self.near.ends);
-        let mut begin = if found.listed == 0 {
+        let mut begin = if found.searched == 0 {
             0
         } else {
-            rows[found.listed - 1][1]
+            rows[found.searched - 1][1]
         };
         let mut known = if found.rows == 0 {
             0
         } else {
             ends[found.rows - 1][1]
         };
-        while let Some(&[head, end]) = rows.get(found.listed) {
+        while let Some(&[head, end]) = rows.get(found.searched) {
             let octets = found.octets + (end - begin).div_ceil(LANES as u32) as usize;
             if octets > first + count {
                 ends[found.rows] = [head, u32::MAX];
@@ -217,7 +221,7 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
             // A row without any is none.
             found.rows += usize::from(until > known);
             (begin, known) = (end, until);
-            (found.listed, found.octets) = (found.listed + 1, octets);
+            (found.searched, found.octets) = (found.searched + 1, octets);
         }
     }
 

@@ -1,5 +1,4 @@
-//! Pairs in lanes: the rows of a block's list, as many at a time as a chunk takes, and of these the
-//! pairs within the support.
+//! Pairs in lanes: rows of pairs within the support, as many at a time as a chunk takes.
 
 use std::ops::Range;
 
@@ -117,7 +116,7 @@ impl<P: Precision, W: Wide> Separation<P, W> {
 pub(super) struct Ends<'a> {
     pub heads: &'a [u32; MOST],
     pub others: &'a [u32; MOST],
-    /// Are there no heads but those of the first and the last lane?
+    /// Is it taken for granted that there are no heads but those of the first and the last lane?
     pub two: bool,
 }
 
@@ -192,7 +191,8 @@ pub(super) unsafe fn row_sums<P: Precision, W: Wide, const N: usize>(
 
 /// What a sweep wants to know of pairs beside their geometry.
 pub(super) trait Companion<V: Vector> {
-    /// As many pairs as a vector has lanes; theirs begin at `lane`.
+    /// As many pairs as a vector has lanes; theirs begin at `lane`. Of several calls for the same lanes the
+    /// last one counts.
     ///
     /// # Safety
     /// The ends are slots of particles, and there are as many lanes.
@@ -209,7 +209,7 @@ pub(super) struct Pairs<P: Precision = Double> {
     row_count: usize,
     /// Slots of the heads, lane by lane.
     heads: [u32; ROOM],
-    /// The vectors that have more than two of them, by their first lane.
+    /// The vectors that may have more than two of them, by their first lane.
     several: [u16; CHUNK / LANES + 1],
     several_count: usize,
     /// Where the partners begin among the slots of the near pairs.
@@ -248,16 +248,26 @@ impl<P: Precision> Pairs<P> {
     ) {
         self.enter::<P::Vector<W>>(near, walk);
         let wrap = Wrap::<P, W>::new(cell);
-        // Vectors take no notice of where rows end: hardly any has more than two heads, and those that
-        // have are done again.
-        for lane in (0..self.count).step_by(P::Vector::<W>::LANES) {
-            // SAFETY: lanes for all pairs and a vector more.
-            unsafe { self.take::<W, D>(near, &wrap, place, companion, lane, true) };
+        let lanes = P::Vector::<W>::LANES;
+        let vectors = self.count.div_ceil(lanes);
+        if 2 * self.several_count > vectors {
+            // Rows are short, as in a plane.
+            for n in 0..vectors {
+                self.several[n] = (n * lanes) as u16;
+            }
+            self.several_count = vectors;
+        } else {
+            // Vectors take no notice of where rows end: hardly any has more than two heads, and those
+            // that have are gathered again.
+            for lane in (0..self.count).step_by(lanes) {
+                // SAFETY: lanes for all pairs and a vector more.
+                unsafe { self.gather::<W, D>(near, &wrap, place, companion, lane, true) };
+            }
         }
         for n in 0..self.several_count {
             let lane = self.several[n] as usize;
             // SAFETY: as above.
-            unsafe { self.take::<W, D>(near, &wrap, place, companion, lane, false) };
+            unsafe { self.gather::<W, D>(near, &wrap, place, companion, lane, false) };
         }
     }
 
@@ -276,7 +286,7 @@ impl<P: Precision> Pairs<P> {
             for k in (lane..end).step_by(STRIDE) {
                 self.heads[k..k + STRIDE].fill(head);
             }
-            // A row inside a vector: it has three heads, or more.
+            // A row inside a vector: it has three heads, or more, or is the last one of the chunk.
             let inside = lane % V::LANES != 0 && lane / V::LANES == end / V::LANES;
             self.several[self.several_count] = (lane - lane % V::LANES) as u16;
             let known = self.several_count > 0
@@ -288,12 +298,12 @@ impl<P: Precision> Pairs<P> {
         self.heads[self.count..self.count + MOST].fill(last);
     }
 
-    /// Takes as many pairs as a vector has lanes.
+    /// Gathers as many pairs as a vector has lanes.
     ///
     /// # Safety
     /// There are slots of as many from that lane on.
     #[inline(always)]
-    unsafe fn take<W: Wide, const D: usize>(
+    unsafe fn gather<W: Wide, const D: usize>(
         &mut self,
         near: &Rows,
         wrap: &Wrap<P, W>,

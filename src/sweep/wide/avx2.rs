@@ -146,17 +146,6 @@ impl Vector for Avx2 {
         unsafe { words.store(to.cast()) }
     }
     #[inline(always)]
-    unsafe fn of_two([set, unset]: [*const [f64; 4]; 2], first: u32) -> [Self; 4] {
-        unsafe {
-            let mut columns = [Self::splat(0.0); 4];
-            for (a, column) in columns.iter_mut().enumerate() {
-                let unset = Self::splat((*unset)[a]);
-                *column = Self::splat((*set)[a]).where_set(first, unset);
-            }
-            columns
-        }
-    }
-    #[inline(always)]
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
         unsafe { equal(numbers.as_ptr(), number) }
     }
@@ -417,17 +406,6 @@ impl Vector for Single {
         unsafe {
             Avx2::store_either(keep, words, to);
             Avx2::store_either(keep >> LANES, words, to.add(LANES));
-        }
-    }
-    #[inline(always)]
-    unsafe fn of_two([set, unset]: [*const [f32; 4]; 2], first: u32) -> [Self; 4] {
-        unsafe {
-            let mut columns = [Self::splat(0.0); 4];
-            for (a, column) in columns.iter_mut().enumerate() {
-                let unset = Self::splat((*unset)[a]);
-                *column = Self::splat((*set)[a]).where_set(first, unset);
-            }
-            columns
         }
     }
     #[inline(always)]

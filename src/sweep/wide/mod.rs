@@ -138,7 +138,16 @@ pub trait Vector: Copy {
     ///
     /// # Safety
     /// There are two records; for the rest see the trait.
-    unsafe fn of_two(records: [*const [Self::Number; 4]; 2], first: u32) -> [Self; 4];
+    #[inline(always)]
+    unsafe fn of_two(records: [*const [Self::Number; 4]; 2], first: u32) -> [Self; 4] {
+        // SAFETY: promised by the caller.
+        let [set, unset] = unsafe { [*records[0], *records[1]] };
+        let mut columns = [Self::splat(set[0]); 4];
+        for a in 0..4 {
+            columns[a] = Self::splat(set[a]).where_set(first, Self::splat(unset[a]));
+        }
+        columns
+    }
     /// Bit k is set where number k is that one.
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32;
 }

@@ -103,12 +103,6 @@ impl<R: Real, const N: usize> Vector for Portable<R, N> {
         }
     }
     #[inline(always)]
-    unsafe fn of_two(records: [*const [R; 4]; 2], first: u32) -> [Self; 4] {
-        // SAFETY: promised by the caller.
-        let [set, unset] = records.map(|record| unsafe { *record });
-        std::array::from_fn(|a| Self([set[a]; N]).where_set(first, Self([unset[a]; N])))
-    }
-    #[inline(always)]
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
         (0..N).fold(0, |bits, k| bits | u32::from(numbers[k] == number) << k)
     }
