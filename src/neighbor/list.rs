@@ -53,7 +53,7 @@ impl Rows {
 
 /// Up to eight pairs of a row, following those of the octet before: a sweep over octets has no inner
 /// loop whose end no machine foresees.
-#[derive(Debug, Default, Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub struct Octet(u8);
 
 impl Octet {

@@ -55,16 +55,11 @@ impl<R: Real> Batch<R> {
     }
 }
 
-/// How far a sweep over octets has come: rows and pairs of the list before the octet at hand.
-#[derive(Default)]
-struct Here {
-    row: usize,
-    pair: usize,
-}
-
-/// What has been found of a block.
+/// How far the search of a block has come.
 #[derive(Default)]
 struct Found {
+    /// Pairs of the list that have been looked at.
+    listed: usize,
     /// Rows of the list that have been looked through, and the octets up to their ends.
     searched: usize,
     octets: usize,
@@ -90,15 +85,14 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
     #[inline(always)]
     fn run<W: Wide>(mut self) {
         let wrap = Wrap::<P, W>::new(self.cell);
-        let (mut here, mut found) = (Here::default(), Found::default());
+        let mut found = Found::default();
         (self.batch.row, self.batch.begin) = (0, 0);
         self.near.ends.resize(self.block.rows.len(), [0; 2]);
         for (n, group) in self.block.octets.chunks(GROUP).enumerate() {
-            let first = here.pair;
             // SAFETY: these are the octets of the block, each group once.
             unsafe {
-                self.measure::<W>(&wrap, group, &mut here);
-                self.keep::<W>(group, first, &mut found);
+                self.measure::<W>(&wrap, group, &found);
+                self.keep::<W>(group, &mut found);
             }
             self.end_rows(GROUP * n, group.len(), &mut found);
             if found.pairs >= self.batch.begin + BATCH {
@@ -120,10 +114,10 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
     /// # Safety
     /// They are the next octets of the block, and fill whole vectors.
     #[inline(always)]
-    unsafe fn measure<W: Wide>(&mut self, wrap: &Wrap<P, W>, group: &[Octet], here: &mut Here) {
+    unsafe fn measure<W: Wide>(&mut self, wrap: &Wrap<P, W>, group: &[Octet], found: &Found) {
         let (rows, place) = (&self.block.rows, self.place.as_ptr());
         let neighbours = self.block.neighbours.as_ptr();
-        let Here { mut row, mut pair } = *here;
+        let (mut row, mut pair) = (found.searched, found.listed);
         let together = P::Vector::<W>::LANES / LANES;
         for (turn, octets) in group.chunks_exact(together).enumerate() {
             let (mut records, mut slots) = ([place; 2], [neighbours; 2]);
@@ -151,22 +145,21 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
                 square.store(self.batch.squares.as_mut_ptr().add(lane));
             }
         }
-        *here = Here { row, pair };
     }
 
     /// Puts those within the support one behind the other: their square distances, and the slots of
-    /// partners, which begin at `pair` in the list.
+    /// partners.
     ///
     /// # Safety
     /// As for `measure`, which has been there before.
     #[inline(always)]
-    unsafe fn keep<W: Wide>(&mut self, group: &[Octet], mut pair: usize, found: &mut Found) {
+    unsafe fn keep<W: Wide>(&mut self, group: &[Octet], found: &mut Found) {
         let batch = &mut *self.batch;
         let neighbours = self.block.neighbours.as_ptr();
         let slots = self.near.slots.as_mut_ptr();
         let together = P::Vector::<W>::LANES / LANES;
         let support = P::Vector::<W>::splat(P::Real::of(1.0));
-        let mut pairs = found.pairs;
+        let (mut pair, mut pairs) = (found.listed, found.pairs);
         let turns = group.chunks_exact(together);
         for (turn, (octets, until)) in turns
             .zip(batch.until.chunks_exact_mut(together))
@@ -193,7 +186,7 @@ impl<K: Kernel, P: Precision, const D: usize> DensityTask<'_, K, P, D> {
                 }
             }
         }
-        found.pairs = pairs;
+        (found.listed, found.pairs) = (pair, pairs);
     }
 
     /// Notes the rows that end within so many octets from the `first` on, and the one at hand.

@@ -237,11 +237,11 @@ impl<P: Precision> Task for Scatter<'_, P> {
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let Lanes {
-            pairs, u: force, ..
-        } = self.lanes;
+        let lanes = self.lanes;
         // SAFETY: blocks of one colour share no particle.
-        unsafe { pairs.scatter::<W>(self.near, force, self.force) }
+        unsafe {
+            lanes.pairs.scatter::<W>(self.near, &lanes.u, self.force);
+        }
     }
 }
 
@@ -256,10 +256,8 @@ impl<P: Precision, const D: usize> Task for Sum<'_, P, D> {
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let Lanes {
-            pairs, u: force, ..
-        } = self.lanes;
-        add_outer::<D, ROOM, ROOM, _, _>(self.sum, &pairs.r, force, pairs.count);
+        let Lanes { pairs, u, .. } = self.lanes;
+        add_outer::<D, ROOM, ROOM, _, _>(self.sum, &pairs.r, u, pairs.count);
     }
 }
 

@@ -18,6 +18,9 @@ pub(super) const STRIDE: usize = 4 * LANES;
 /// Lanes of a chunk, with room for what the last ones leave over.
 pub(super) const ROOM: usize = CHUNK + STRIDE;
 
+// A bit for each vector of a chunk, and one more.
+const _: () = assert!(CHUNK / LANES < 64);
+
 /// Number of lanes to compute for `count` pairs: whole vectors, the rest being leftovers.
 #[inline(always)]
 pub(super) fn whole<R: Real>(count: usize) -> usize {
@@ -209,9 +212,6 @@ pub(super) struct Pairs<P: Precision = Double> {
     row_count: usize,
     /// Slots of the heads, lane by lane.
     heads: [u32; ROOM],
-    /// The vectors that may have more than two of them, by their first lane.
-    several: [u16; CHUNK / LANES + 1],
-    several_count: usize,
     /// Where the partners begin among the slots of the near pairs.
     first: usize,
     pub r: [[P::Real; ROOM]; 3],
@@ -227,8 +227,6 @@ impl<P: Precision> Pairs<P> {
             rows: [[0; 2]; CHUNK],
             row_count: 0,
             heads: [0; ROOM],
-            several: [0; CHUNK / LANES + 1],
-            several_count: 0,
             first: 0,
             r: [[P::Real::ZERO; ROOM]; 3],
             r2: [P::Real::ZERO; ROOM],
@@ -246,35 +244,35 @@ impl<P: Precision> Pairs<P> {
         walk: &mut Walk,
         companion: &mut impl Companion<P::Vector<W>>,
     ) {
-        self.enter::<P::Vector<W>>(near, walk);
+        let several = self.enter::<P::Vector<W>>(near, walk);
         let wrap = Wrap::<P, W>::new(cell);
         let lanes = P::Vector::<W>::LANES;
         let vectors = self.count.div_ceil(lanes);
-        if 2 * self.several_count > vectors {
-            // Rows are short, as in a plane.
-            for n in 0..vectors {
-                self.several[n] = (n * lanes) as u16;
-            }
-            self.several_count = vectors;
-        } else {
+        let mut left = (1 << vectors) - 1;
+        // Rows may be short, as in a plane.
+        if 2 * several.count_ones() as usize <= vectors {
             // Vectors take no notice of where rows end: hardly any has more than two heads, and those
             // that have are gathered again.
             for lane in (0..self.count).step_by(lanes) {
                 // SAFETY: lanes for all pairs and a vector more.
                 unsafe { self.gather::<W, D>(near, &wrap, place, companion, lane, true) };
             }
+            left = several;
         }
-        for n in 0..self.several_count {
-            let lane = self.several[n] as usize;
+        while left != 0 {
+            let lane = lanes * left.trailing_zeros() as usize;
             // SAFETY: as above.
             unsafe { self.gather::<W, D>(near, &wrap, place, companion, lane, false) };
+            left &= left - 1;
         }
     }
 
-    /// Notes the rows and heads of the next pairs.
+    /// Notes the rows and heads of the next pairs. Bit k of what it returns is set where vector k may have
+    /// more than two heads.
     #[inline(always)]
-    fn enter<V: Vector>(&mut self, near: &Rows, walk: &mut Walk) {
-        (self.row_count, self.count, self.several_count) = (0, 0, 0);
+    fn enter<V: Vector>(&mut self, near: &Rows, walk: &mut Walk) -> u64 {
+        (self.row_count, self.count) = (0, 0);
+        let mut several = 0;
         self.first = walk.pair as usize;
         let stop = walk.stop(&near.ends, CHUNK);
         while let Some((head, pairs)) = walk.next_row(&near.ends, stop) {
@@ -288,14 +286,12 @@ impl<P: Precision> Pairs<P> {
             }
             // A row inside a vector: it has three heads, or more, or is the last one of the chunk.
             let inside = lane % V::LANES != 0 && lane / V::LANES == end / V::LANES;
-            self.several[self.several_count] = (lane - lane % V::LANES) as u16;
-            let known = self.several_count > 0
-                && self.several[self.several_count - 1] == self.several[self.several_count];
-            self.several_count += usize::from(inside && !known);
+            several |= u64::from(inside) << (lane / V::LANES);
         }
         // What the last vector holds beyond, whatever it holds: slots of particles.
         let last = self.heads[self.count.max(1) - 1];
         self.heads[self.count..self.count + MOST].fill(last);
+        several
     }
 
     /// Gathers as many pairs as a vector has lanes.
