@@ -1,12 +1,14 @@
 //! Who is near whom: a grid of blocks and cells that fixes the order of everything, and half lists
 //! of pairs per block.
 
+mod block;
 mod grid;
 mod list;
 mod schedule;
 mod skin;
 
+pub use block::{BlockList, Octet, ROUNDS};
 pub use grid::Grid;
-pub use list::{BlockList, Octet, PairList, ROUNDS, Rows};
+pub use list::{PairList, Rows};
 pub use schedule::Schedule;
 pub use skin::{SkinModel, automatic_skin};
