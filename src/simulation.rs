@@ -309,7 +309,7 @@ impl Engine {
                 "`wall_model` must be \"symmetric_images\" where the fluid has an energy".into(),
             ));
         }
-        let grid = Grid::new(&cell, dimension, n, 1.0 + margin);
+        let grid = pool.install(|| Grid::new(&cell, dimension, n, 1.0 + margin));
         let mut particles = Particles::new(n, drag);
         if integrator.carries() {
             particles.carried = Records::new(n);

@@ -27,7 +27,7 @@ class Coefficients:
     bytes_per_particle : float
         State and copies.
     bytes_per_listed_pair : float
-        Pairs in the margin of the lists included.
+        Pairs in the margin of the lists included, unless that is thin.
     pairs_per_second : dict
         By variate; without noise as with the cheapest.
     """
@@ -43,6 +43,10 @@ COEFFICIENTS = {
 }
 # What one more sweep in each half step of the splitting takes of a step with one.
 SWEEP_SHARE = 0.7
+# Up to this margin [support] the core works on all listed pairs and keeps no second list of those
+# within the support (src/neighbor/list.rs), which takes so much of a listed pair.
+THIN = 0.035
+BYTES_OF_NEAR_PAIRS = 4.4
 # Verlet keeps the friction apart from the other forces to evaluate it again.
 BYTES_FOR_ITERATIONS = 64.0
 # A step with energies over one without, with constant and with variable coefficients
@@ -209,9 +213,11 @@ def cost(scene: Scene, integrator: Integrator | str | None = None, **accuracy: A
     chosen = of_scene(scene, integrator)
     bounds = timestep.bounds(scene, chosen, **accuracy)
     dt, number, pairs = bounds[0].value, scene.n_particles, scene.pairs_per_particle
-    listed = pairs * (1.0 + margin(scene, dt, chosen) / scene.support_radius) ** scene.dimension
+    skin = margin(scene, dt, chosen) / scene.support_radius
+    listed = pairs * (1.0 + skin) ** scene.dimension
     coefficients = _coefficients(scene, chosen)
-    memory = coefficients.bytes_per_particle + coefficients.bytes_per_listed_pair * listed
+    bytes_of_pair = coefficients.bytes_per_listed_pair - BYTES_OF_NEAR_PAIRS * (skin <= THIN)
+    memory = coefficients.bytes_per_particle + bytes_of_pair * listed
     memory += BYTES_FOR_ITERATIONS * (chosen.iterations > 0)
     seconds = number * pairs / pairs_per_second(scene, chosen)
     return Cost(

@@ -78,8 +78,10 @@ impl PeriodicBox {
     }
 
     /// The position inside [0, edge) and the number of edges taken off, for one axis.
+    #[inline]
     pub fn wrap(&self, axis: usize, x: f64) -> (f64, i32) {
-        if !self.periodic[axis] {
+        // What is inside already, as nearly all are, needs no quotient.
+        if !self.periodic[axis] || (0.0 < x && x < self.edges[axis]) {
             return (x, 0);
         }
         let turns = (x * self.inverse[axis]).floor();

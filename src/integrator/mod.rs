@@ -201,9 +201,9 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
     let mut sum = 0.0;
     for block in &engine.list.blocks {
         let mut begin = 0;
-        for &[head, end] in &block.rows {
+        for &[head, end] in &block.rows.ends {
             let i = position[head as usize];
-            for &other in &block.neighbours[begin..end as usize] {
+            for &other in &block.rows.slots[begin..end as usize] {
                 let j = position[other as usize];
                 let r = engine
                     .cell

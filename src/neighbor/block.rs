@@ -3,8 +3,8 @@
 //! neighbouring particles belongs to exactly one base block. These 2^D blocks are its *region*;
 //! shuffled pairs are stored as two 16-bit places in it, which halves their memory.
 
-use super::Grid;
 use super::grid::coordinates;
+use super::{Grid, Rows};
 use crate::domain::PeriodicBox;
 use crate::random::{GOLDEN, fmix64};
 use crate::sweep::{
@@ -42,12 +42,9 @@ impl Octet {
 /// The pairs of one base block.
 #[derive(Debug, Default, Clone)]
 pub struct BlockList {
-    /// (slot of the row's head, end of the row in `neighbours`).
-    pub rows: Vec<[u32; 2]>,
-    /// Slots of partners, row after row, and some more behind the last, so that a row can be read a
-    /// vector at a time.
-    pub neighbours: Vec<u32>,
-    /// The rows in octets, as many as fill whole vectors: the last one may be empty.
+    /// All of them.
+    pub rows: Rows,
+    /// The rows in octets, as many as fill whole vectors: the last one may be empty. Only if asked for.
     pub octets: Vec<Octet>,
     /// The same pairs in shuffled order, as places in the region; only if asked for.
     pub shuffled: Vec<[u16; 2]>,
@@ -106,7 +103,7 @@ impl BlockList {
     /// Number of pairs.
     #[inline]
     pub fn pairs(&self) -> usize {
-        self.rows.last().map_or(0, |&[_, end]| end as usize)
+        self.rows.pairs()
     }
 
     /// Slots of the region, block by block.
@@ -116,7 +113,8 @@ impl BlockList {
             .map(|part| part.start as usize..part.end as usize)
     }
 
-    /// Finds the pairs of base block `base`; shuffles them where there are ids, unless it overflows.
+    /// Finds the pairs of base block `base`; divides them into octets if wanted and shuffles them where
+    /// there are ids, unless it overflows.
     pub(super) fn build<const D: usize>(
         &mut self,
         base: usize,
@@ -124,7 +122,7 @@ impl BlockList {
         cell: &PeriodicBox,
         columns: &[Vec<f32>; 3],
         cutoff2: f32,
-        id: Option<&[u64]>,
+        (octets, id): (bool, Option<&[u64]>),
     ) {
         self.clear();
         self.enter_region::<D>(base, grid, id.is_some());
@@ -139,6 +137,9 @@ impl BlockList {
             columns,
             cutoff2,
         });
+        if octets {
+            self.divide();
+        }
         if let Some(id) = id {
             self.shuffle(id);
         }
@@ -151,10 +152,9 @@ impl BlockList {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        8 * self.rows.capacity()
+        self.rows.bytes()
             + 8 * self.runs.capacity()
             + 16 * self.spans.iter().map(Vec::capacity).sum::<usize>()
-            + 4 * self.neighbours.capacity()
             + self.octets.capacity()
             + 4 * (self.shuffled.capacity() + self.slots.capacity() + self.counts.capacity())
     }
@@ -162,7 +162,6 @@ impl BlockList {
     fn clear(&mut self) {
         self.region = Default::default();
         self.rows.clear();
-        self.neighbours.clear();
         self.octets.clear();
         self.shuffled.clear();
         self.slots.clear();
@@ -221,19 +220,18 @@ impl BlockList {
             }
         }
         // What follows the last pair must lead to slots as well.
-        self.neighbours.truncate(self.pairs());
-        self.neighbours.resize(self.pairs() + MOST, 0);
-        self.divide();
+        self.rows.slots.truncate(self.pairs());
+        self.rows.slots.resize(self.pairs() + MOST, 0);
     }
 
     /// Divides the rows into octets.
     fn divide(&mut self) {
-        let most = self.pairs() / LANES + self.rows.len() + MOST / LANES;
+        let most = self.pairs() / LANES + self.rows.ends.len() + MOST / LANES;
         if self.octets.capacity() < most {
             self.octets.reserve_exact(most + most / 16);
         }
         let mut first = 0;
-        for &[_, end] in &self.rows {
+        for &[_, end] in &self.rows.ends {
             while first < end {
                 let count = (end - first).min(LANES as u32);
                 first += count;
@@ -316,12 +314,12 @@ impl BlockList {
             }
             // Room for all candidates, then keep what is near: no branch per candidate.
             let room = length + (run.end - start) as usize + MOST;
-            if self.neighbours.len() < room {
-                if self.neighbours.capacity() < room {
+            if self.rows.slots.len() < room {
+                if self.rows.slots.capacity() < room {
                     // Doubling would waste what the particles themselves take.
-                    self.neighbours.reserve_exact(room / 16 + 256);
+                    self.rows.slots.reserve_exact(room / 16 + 256);
                 }
-                self.neighbours.resize(room, 0);
+                self.rows.slots.resize(room, 0);
             }
             for slot in (start..run.end).step_by(MOST) {
                 let there = first_lanes::<W::Single>((run.end - slot) as usize);
@@ -334,7 +332,7 @@ impl BlockList {
                         near,
                     ];
                     let keep = head_at.from::<D>(&other).1.below(near) & there;
-                    let to = self.neighbours.as_mut_ptr().add(length);
+                    let to = self.rows.slots.as_mut_ptr().add(length);
                     let (low, high) = (keep as u8, (keep >> LANES) as u8);
                     let kept = kept_of_range(slot, low);
                     to.cast::<[u32; LANES]>().write_unaligned(kept);
@@ -346,7 +344,7 @@ impl BlockList {
             }
         }
         if length > begin {
-            self.rows.push([head, length as u32]);
+            self.rows.ends.push([head, length as u32]);
         }
     }
 
@@ -368,9 +366,9 @@ impl BlockList {
         self.counts.clear();
         self.counts.resize(BUCKETS + 1, 0);
         let mut begin = 0;
-        for &[head, end] in &self.rows {
+        for &[head, end] in &self.rows.ends {
             let own = hash(head);
-            for &other in &self.neighbours[begin..end as usize] {
+            for &other in &self.rows.slots[begin..end as usize] {
                 self.counts[bucket(own, hash(other)) + 1] += 1;
             }
             begin = end as usize;
@@ -386,10 +384,10 @@ impl BlockList {
         }
         self.shuffled.resize(self.pairs(), [0; 2]);
         let (mut begin, mut part) = (0, Part::default());
-        for row in 0..self.rows.len() {
-            let [head, end] = self.rows[row];
+        for row in 0..self.rows.ends.len() {
+            let [head, end] = self.rows.ends[row];
             let (own, head_place) = (hash(head), self.part(head).place_of(head));
-            for &other in &self.neighbours[begin..end as usize] {
+            for &other in &self.rows.slots[begin..end as usize] {
                 if !part.holds(other) {
                     part = self.part(other);
                 }

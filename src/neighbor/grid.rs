@@ -101,7 +101,7 @@ impl Grid {
             reach[axis] = (width / cell_edge).ceil() as usize;
             inverse_cell[axis] = 1.0 / cell_edge;
         }
-        let schedule = Schedule::new(blocks, |at| {
+        let schedule = Schedule::new(blocks, rayon::current_num_threads(), |at| {
             let [x, y, z] = [0, 1, 2].map(|axis| colour_along(at[axis], blocks[axis]));
             x + colours_along(blocks[0]) * (y + colours_along(blocks[1]) * z)
         });

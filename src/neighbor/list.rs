@@ -2,40 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::Grid;
 use super::block::{BlockList, REGION_MAX};
+use super::{Grid, Rows};
 use crate::domain::PeriodicBox;
 use crate::error::Error;
 use crate::state::Particles;
 
-/// Rows of pairs that stay together, as [`BlockList::rows`] and [`BlockList::neighbours`].
-#[derive(Debug, Default, Clone)]
-pub struct Rows {
-    /// (slot of the row's head, end of the row in `slots`).
-    pub ends: Vec<[u32; 2]>,
-    /// Slots of partners, and some more behind the last.
-    pub slots: Vec<u32>,
-}
-
-impl Rows {
-    /// Number of pairs.
-    #[inline]
-    pub fn pairs(&self) -> usize {
-        self.ends.last().map_or(0, |&[_, end]| end as usize)
-    }
-
-    /// Room for so many rows and slots, and none in use.
-    fn fit(&mut self, rows: usize, slots: usize) {
-        self.ends.clear();
-        self.ends.reserve_exact(rows);
-        if self.slots.capacity() < slots {
-            self.slots
-                .reserve_exact(slots - self.slots.len() + slots / 16);
-        }
-        self.slots.clear();
-        self.slots.resize(slots, 0);
-    }
-}
+/// Up to this skin [h] all pairs are worked on, those in the skin included.
+const THIN: f64 = 0.035;
 
 /// All pairs closer than the support plus the skin.
 #[derive(Debug, Default, Clone)]
@@ -44,7 +18,10 @@ pub struct PairList {
     pub blocks: Vec<BlockList>,
     /// Positions when the list was built, if that was after the grid was renewed.
     pub reference: Vec<[f64; 3]>,
-    /// Those of them that are within the support, as the last sweep for densities found them.
+    /// Is the skin so thin that to find the pairs within the support takes longer than to work on all?
+    pub is_thin: bool,
+    /// Those of them that are within the support, as the last sweep for densities found them, unless
+    /// the skin is thin.
     pub near: Vec<Rows>,
     /// Are the pairs in `near` those of the present positions?
     pub near_is_known: bool,
@@ -63,6 +40,8 @@ impl PairList {
         shuffle: bool,
     ) {
         self.near_is_known = false;
+        self.is_thin = cutoff <= 1.0 + THIN;
+        let octets = !self.is_thin;
         // Single precision is good enough to say who may come near; a little more than the cutoff
         // makes up for its rounding, and that of positions as fractions of the box.
         let longest = cell.edges.iter().copied().fold(0.0, f64::max);
@@ -75,12 +54,28 @@ impl PairList {
         self.blocks
             .par_iter_mut()
             .enumerate()
-            .for_each(|(base, block)| block.build::<D>(base, grid, cell, columns, cutoff2, id));
+            .for_each(|(base, block)| {
+                block.build::<D>(base, grid, cell, columns, cutoff2, (octets, id))
+            });
         self.near.resize_with(self.blocks.len(), Rows::default);
         for (near, block) in self.near.iter_mut().zip(&self.blocks) {
-            near.fit(block.rows.len(), block.neighbours.len());
+            if octets {
+                near.fit(block.rows.ends.len(), block.rows.slots.len());
+            } else {
+                near.clear();
+            }
         }
         self.overflow = self.blocks.iter().any(BlockList::overflows);
+    }
+
+    /// The pairs of a block that sweeps work on: those within the support, and where the skin is thin
+    /// those in the skin, which come to nothing.
+    pub fn present(&self, block: u32) -> &Rows {
+        if self.is_thin {
+            &self.blocks[block as usize].rows
+        } else {
+            &self.near[block as usize]
+        }
     }
 
     /// What to tell the user about an overflow.
@@ -102,9 +97,8 @@ impl PairList {
 
     /// Bytes held by the lists.
     pub fn bytes(&self) -> usize {
-        let near_bytes = |near: &Rows| 8 * near.ends.capacity() + 4 * near.slots.capacity();
         self.blocks.iter().map(BlockList::bytes).sum::<usize>()
-            + self.near.iter().map(near_bytes).sum::<usize>()
+            + self.near.iter().map(Rows::bytes).sum::<usize>()
             + 24 * self.reference.capacity()
     }
 }
@@ -134,14 +128,14 @@ mod tests {
         let mut found = BTreeSet::new();
         for block in &list.blocks {
             let mut begin = 0;
-            for &[head, end] in &block.rows {
-                for &other in &block.neighbours[begin..end as usize] {
+            for &[head, end] in &block.rows.ends {
+                for &other in &block.rows.slots[begin..end as usize] {
                     assert!(found.insert([head.min(other), head.max(other)]));
                 }
                 begin = end as usize;
             }
-            assert_eq!(block.neighbours.len(), begin + MOST);
-            assert!(block.neighbours.iter().all(|&slot| (slot as usize) < n));
+            assert_eq!(block.rows.slots.len(), begin + MOST);
+            assert!(block.rows.slots.iter().all(|&slot| (slot as usize) < n));
             let mut pairs = BTreeSet::new();
             for pair in &block.shuffled {
                 let [i, j] = pair.map(|place| block.slots[place as usize]);

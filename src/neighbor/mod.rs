@@ -4,11 +4,13 @@
 mod block;
 mod grid;
 mod list;
+mod rows;
 mod schedule;
 mod skin;
 
 pub use block::{BlockList, Octet, ROUNDS};
 pub use grid::Grid;
-pub use list::{PairList, Rows};
+pub use list::PairList;
+pub use rows::Rows;
 pub use schedule::Schedule;
 pub use skin::{SkinModel, automatic_skin};

@@ -1,11 +1,16 @@
 //! Who may work on which block when. Base blocks next to each other touch the same particles; their
 //! colours say which goes first, and that alone fixes the order of all sums, on any number of threads.
 //!
-//! Threads take blocks colour by colour, each from another place on, always the same one: its particles
-//! are in the thread's own cache. Before one works on a block it waits until the blocks next to it that
-//! come first are done, not for the whole of their colour; and it does not go to sleep for that, since
-//! to wake it takes as long as hundreds of pairs. Nobody ever waits for a thread as such, only for
-//! blocks that have been taken: where a helper comes late, or never, others do its work.
+//! Within this freedom a thread works on blocks near each other one after the other, so that particles
+//! are still in its cache when the next block wants them: along layers of blocks, each odd layer as soon
+//! as the even ones beside it are done. Each thread has a stack of layers of its own, always the same
+//! one. Where there are too few layers for that, threads take blocks colour by colour, each from another
+//! place on.
+//!
+//! Before a thread works on a block it sees to those next to it that come first: it takes those that
+//! nobody has taken, and waits for the others; and it does not go to sleep for that, since to wake it
+//! takes as long as hundreds of pairs. Nobody ever waits for a thread as such, only for blocks that
+//! have been taken: where a helper comes late, or never, others do its work.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -14,13 +19,17 @@ use super::grid::coordinates;
 /// Looks at a block before a thread lets others have its core.
 const PATIENCE: u32 = 4096;
 
+/// Fewest pairs of layers a thread must have, unless all have the same number: the last pair of the
+/// last thread is hardly shared.
+const PAIRS_OF_LAYERS: usize = 4;
+
 /// The order of base blocks.
 #[derive(Debug)]
 pub struct Schedule {
-    /// Base blocks, colour by colour.
-    pub blocks: Vec<u32>,
-    /// Where each colour begins among them, and where the last one ends.
-    starts: Vec<u32>,
+    /// Base blocks in the order of one thread.
+    blocks: Vec<u32>,
+    /// They are gone through group by group, and shared out by the unit within each.
+    groups: Vec<Group>,
     /// Colour of each base block.
     colour: Vec<u32>,
     /// Base blocks next to each, where they begin and all of them.
@@ -30,6 +39,29 @@ pub struct Schedule {
     taken: Vec<AtomicU32>,
     done: Vec<AtomicU32>,
     sweeps: AtomicU32,
+}
+
+/// Base blocks that follow each other in the order.
+#[derive(Debug, Clone, Copy)]
+struct Group {
+    start: usize,
+    count: usize,
+    unit: usize,
+}
+
+impl Group {
+    /// Where the share of a thread begins; that of the next one is where it ends.
+    fn share(&self, thread: usize, threads: usize) -> usize {
+        self.unit * (self.count / self.unit * thread / threads)
+    }
+}
+
+/// One sweep over all base blocks.
+#[derive(Clone, Copy)]
+struct Sweep {
+    number: u32,
+    reverse: bool,
+    threads: usize,
 }
 
 fn fresh(count: usize) -> Vec<AtomicU32> {
@@ -46,23 +78,18 @@ impl Drop for Done<'_> {
 }
 
 impl Schedule {
-    /// For so many blocks along each axis, of `colour` by coordinates.
-    pub(super) fn new(blocks: [usize; 3], colour: impl Fn([usize; 3]) -> usize) -> Self {
+    /// For so many blocks along each axis, of `colour` by coordinates, and that number of threads (others
+    /// may come, but the order is made for these).
+    pub(super) fn new(
+        blocks: [usize; 3],
+        threads: usize,
+        colour: impl Fn([usize; 3]) -> usize,
+    ) -> Self {
         let [nx, ny, nz] = blocks;
         let count = nx * ny * nz;
         let number = |at: [usize; 3]| (at[0] + nx * (at[1] + ny * at[2])) as u32;
         let at = |block: usize| coordinates(blocks, block);
         let colour: Vec<u32> = (0..count).map(|block| colour(at(block)) as u32).collect();
-        let mut order: Vec<u32> = (0..count as u32).collect();
-        order.sort_by_key(|&block| colour[block as usize]);
-        let last = colour.iter().max().map_or(0, |&last| last as usize);
-        let mut starts = vec![0; last + 2];
-        for &colour in &colour {
-            starts[colour as usize + 1] += 1;
-        }
-        for colour in 1..starts.len() {
-            starts[colour] += starts[colour - 1];
-        }
         let (mut begin, mut next) = (vec![0], Vec::new());
         for block in 0..count {
             let mut around: Vec<u32> = (0..27_usize)
@@ -79,16 +106,80 @@ impl Schedule {
             next.extend(around);
             begin.push(next.len() as u32);
         }
-        Self {
-            blocks: order,
-            starts,
+        let mut schedule = Self {
+            blocks: Vec::with_capacity(count),
+            groups: Vec::new(),
             colour,
             begin,
             next,
             taken: fresh(count),
             done: fresh(count),
             sweeps: AtomicU32::new(0),
+        };
+        let layers = blocks.into_iter().rev().find(|&n| n > 1).unwrap_or(1);
+        let (pairs, threads) = (layers / 2, threads.max(1));
+        let enough = pairs >= PAIRS_OF_LAYERS * threads || pairs.is_multiple_of(threads);
+        if layers.is_multiple_of(2) && enough {
+            schedule.go_by_layers(count / pairs, threads);
+        } else {
+            schedule.go_by_colours();
         }
+        schedule
+    }
+
+    /// Each share in the order of its blocks' numbers, but those next to one that come first before it.
+    fn go_by_layers(&mut self, unit: usize, threads: usize) {
+        let group = Group {
+            start: 0,
+            count: self.colour.len(),
+            unit,
+        };
+        let mut seen = vec![false; group.count];
+        let mut path = Vec::new();
+        for thread in 0..threads {
+            let [from, to] = [thread, thread + 1].map(|t| group.share(t, threads) as u32);
+            for block in from..to {
+                path.push(block);
+                while let Some(&last) = path.last() {
+                    let before = self.before(last, false);
+                    let missing =
+                        |other: &u32| (from..to).contains(other) && !seen[*other as usize];
+                    if let Some(other) = before.into_iter().find(missing) {
+                        path.push(other);
+                        continue;
+                    }
+                    path.pop();
+                    if !std::mem::replace(&mut seen[last as usize], true) {
+                        self.blocks.push(last);
+                    }
+                }
+            }
+        }
+        self.groups.push(group);
+    }
+
+    fn go_by_colours(&mut self) {
+        self.blocks = self.in_order();
+        let colours = self
+            .blocks
+            .chunk_by(|&a, &b| self.colour[a as usize] == self.colour[b as usize]);
+        let mut start = 0;
+        for blocks in colours {
+            let count = blocks.len();
+            self.groups.push(Group {
+                start,
+                count,
+                unit: 1,
+            });
+            start += count;
+        }
+    }
+
+    /// Base blocks in an order in which one thread may work on them, whatever the order of the others.
+    pub fn in_order(&self) -> Vec<u32> {
+        let mut blocks: Vec<u32> = (0..self.colour.len() as u32).collect();
+        blocks.sort_by_key(|&block| self.colour[block as usize]);
+        blocks
     }
 
     /// Bytes held.
@@ -100,67 +191,89 @@ impl Schedule {
     /// Calls `work` for every base block, on all threads of the pool. The call is a virtual one, so
     /// that this is compiled once and not for every combination.
     pub fn run(&self, reverse: bool, work: &(dyn Fn(u32) + Sync)) {
-        self.share(reverse, &|blocks| blocks(&mut |block| work(block)));
+        self.share(reverse, &|blocks| blocks(&mut |block, _| work(block)));
     }
 
     /// The same where a thread has something to keep from block to block: calls `part` on each, which
-    /// calls the function it is given with what to do with a block.
+    /// calls the function it is given with what to do with a block. That gets the block, and the one that
+    /// is likely to be next.
     pub fn share(&self, reverse: bool, part: &(dyn Fn(&Blocks) + Sync)) {
-        let threads = rayon::current_num_threads().min(self.blocks.len());
-        let sweep = self.sweeps.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
-        on_threads(threads, &|| {
-            part(&|work| self.take_part(reverse, sweep, threads, work));
-        });
+        let sweep = Sweep {
+            number: self.sweeps.fetch_add(1, Ordering::Relaxed).wrapping_add(1),
+            reverse,
+            threads: rayon::current_num_threads().min(self.blocks.len()),
+        };
+        on_threads(sweep.threads, &|| part(&|work| self.take_part(sweep, work)));
     }
 
     /// Works on blocks until none is left.
-    fn take_part(&self, reverse: bool, sweep: u32, threads: usize, work: &mut dyn FnMut(u32)) {
+    fn take_part(&self, sweep: Sweep, work: &mut dyn FnMut(u32, u32)) {
+        let threads = sweep.threads;
         let thread = rayon::current_thread_index().unwrap_or(0) % threads;
-        let colours = self.starts.len() - 1;
-        for turn in 0..colours {
-            let colour = if reverse { colours - 1 - turn } else { turn };
-            let blocks =
-                &self.blocks[self.starts[colour] as usize..self.starts[colour + 1] as usize];
-            let (after, first) = blocks.split_at(blocks.len() * thread / threads);
-            for &block in first.iter().chain(after) {
-                let number = block as usize;
-                if self.taken[number].swap(sweep, Ordering::Relaxed) == sweep {
-                    continue;
-                }
-                let _done = Done(&self.done[number], sweep);
-                if threads > 1 {
-                    self.wait(block, reverse, sweep);
-                }
-                work(block);
+        for turn in 0..self.groups.len() {
+            let last = self.groups.len() - 1;
+            let group = self.groups[if sweep.reverse { last - turn } else { turn }];
+            let count = group.count;
+            let [from, to] = [thread, thread + 1].map(|t| group.share(t, threads));
+            let block = |k: usize| {
+                let place = if sweep.reverse {
+                    to + 2 * count - 1 - k
+                } else {
+                    from + k
+                };
+                self.blocks[group.start + place % count]
+            };
+            for k in 0..count {
+                self.take(block(k), block(k + 1), sweep, work);
             }
         }
     }
 
-    /// Waits until those next to a block that come before it are done.
-    fn wait(&self, block: u32, reverse: bool, sweep: u32) {
+    /// Works on a block unless someone has taken it, and before that on those that come first.
+    fn take(&self, block: u32, next: u32, sweep: Sweep, work: &mut dyn FnMut(u32, u32)) {
+        let number = block as usize;
+        if self.taken[number].swap(sweep.number, Ordering::Relaxed) == sweep.number {
+            return;
+        }
+        let _done = Done(&self.done[number], sweep.number);
+        // As deep as there are colours.
+        for other in self.before(block, sweep.reverse) {
+            self.take(other, block, sweep, work);
+        }
+        if sweep.threads > 1 {
+            for other in self.before(block, sweep.reverse) {
+                self.wait(other, sweep);
+            }
+        }
+        work(block, next);
+    }
+
+    /// Those next to a block that come before it.
+    fn before(&self, block: u32, reverse: bool) -> impl Iterator<Item = u32> + '_ {
         let [begin, end] = [0, 1].map(|n| self.begin[block as usize + n] as usize);
         let own = self.colour[block as usize];
-        for &other in &self.next[begin..end] {
+        self.next[begin..end].iter().copied().filter(move |&other| {
             let colour = self.colour[other as usize];
-            let comes_first = if reverse { colour > own } else { colour < own };
-            if !comes_first {
-                continue;
-            }
-            let mut looks = 0;
-            while self.done[other as usize].load(Ordering::Acquire) != sweep {
-                looks += 1;
-                if looks < PATIENCE {
-                    std::hint::spin_loop();
-                } else {
-                    std::thread::yield_now();
-                }
+            if reverse { colour > own } else { colour < own }
+        })
+    }
+
+    /// Waits until a block is done.
+    fn wait(&self, block: u32, sweep: Sweep) {
+        let mut looks = 0;
+        while self.done[block as usize].load(Ordering::Acquire) != sweep.number {
+            looks += 1;
+            if looks < PATIENCE {
+                std::hint::spin_loop();
+            } else {
+                std::thread::yield_now();
             }
         }
     }
 }
 
 /// Calls a function for one block after the other, until none is left.
-pub type Blocks<'a> = dyn Fn(&mut dyn FnMut(u32)) + 'a;
+pub type Blocks<'a> = dyn Fn(&mut dyn FnMut(u32, u32)) + 'a;
 
 /// Calls the same on so many threads at once, as far as they are free. Allocates nothing.
 fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
@@ -181,6 +294,11 @@ mod tests {
 
     use super::super::Grid;
     use crate::domain::PeriodicBox;
+
+    fn pool(threads: usize) -> rayon::ThreadPool {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap()
+    }
 
     /// Blocks in the order in which they were begun and ended.
     fn log(grid: &Grid, pool: &rayon::ThreadPool, reverse: bool) -> Vec<(u32, bool)> {
@@ -206,9 +324,10 @@ mod tests {
 
     #[test]
     fn blocks_that_touch_the_same_particles_take_turns_by_colour() {
-        for edges in [[3.4, 3.4, 3.4], [20.0, 5.2, 7.9], [2.0, 9.3, 13.1]] {
+        let boxes = [[3.4, 3.4, 3.4], [20.0, 5.2, 7.9], [2.0, 9.3, 13.1]];
+        for (edges, made_for) in boxes.into_iter().flat_map(|edges| [(edges, 1), (edges, 4)]) {
             let cell = PeriodicBox::new(&edges, 1.0).unwrap();
-            let grid = Grid::new(&cell, 3, 200_000, 1.1);
+            let grid = pool(made_for).install(|| Grid::new(&cell, 3, 200_000, 1.1));
             let schedule = &grid.schedule;
             let own: Vec<_> = (0..grid.block_count()).map(|b| touched(&grid, b)).collect();
             let mut rivals = Vec::new();
@@ -221,8 +340,7 @@ mod tests {
                 }
             }
             for threads in [1, 2, 5] {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                let pool = pool.build().unwrap();
+                let pool = pool(threads);
                 for reverse in [false, true, false] {
                     let log = log(&grid, &pool, reverse);
                     let mut times = HashMap::new();
@@ -242,11 +360,49 @@ mod tests {
     }
 
     #[test]
+    fn a_thread_with_layers_of_its_own_waits_for_none_but_the_first_of_the_next_one() {
+        // Blocks along z, and threads that get layers.
+        for (blocks, by_layers) in [(12, vec![1, 2, 3, 6]), (18, vec![1, 2, 3, 9]), (3, vec![])] {
+            for threads in 1..=9 {
+                let cell = PeriodicBox::new(&[9.0, 4.5, 1.12 * blocks as f64], 1.0).unwrap();
+                let grid = pool(threads).install(|| Grid::new(&cell, 3, 50_000, 1.1));
+                assert_eq!(grid.blocks[2], blocks);
+                let schedule = &grid.schedule;
+                assert_eq!(schedule.groups.len() == 1, by_layers.contains(&threads));
+                let mut all = schedule.blocks.clone();
+                all.sort_unstable();
+                assert!(all.iter().copied().eq(0..grid.block_count() as u32));
+                if schedule.groups.len() > 1 {
+                    continue;
+                }
+                let layer = grid.block_count() / blocks;
+                for thread in 0..threads {
+                    let share = [thread, thread + 1].map(|t| schedule.groups[0].share(t, threads));
+                    let first = schedule.blocks[share[0]] as usize / layer;
+                    assert_eq!(first % 2, 0);
+                    let next = share[1] / layer % blocks;
+                    let mut seen = HashSet::new();
+                    for &block in &schedule.blocks[share[0]..share[1]] {
+                        for other in schedule.before(block, false) {
+                            let ours = share[0]..share[1];
+                            let of_next = other as usize / layer == next && next.is_multiple_of(2);
+                            assert!(
+                                seen.contains(&other)
+                                    || of_next && !ours.contains(&(other as usize))
+                            );
+                        }
+                        seen.insert(block);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_panic_reaches_the_caller() {
         let cell = PeriodicBox::new(&[4.4, 9.0, 9.0], 1.0).unwrap();
         let grid = Grid::new(&cell, 3, 5_000, 1.1);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(2);
-        let pool = pool.build().unwrap();
+        let pool = pool(2);
         let work = |block| assert!(block != 3, "on purpose");
         let run = || pool.install(|| grid.schedule.run(false, &work));
         let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));

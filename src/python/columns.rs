@@ -270,7 +270,7 @@ impl Columns {
             let row = engine.particles.row[slot] as usize;
             let (position, _) = exported_position(engine, slot);
             let velocity = &engine.particles.velocity[slot];
-            let moved = positions[row * d..(row + 1) * d] != position[..d];
+            let moved = (0..d).any(|a| positions[row * d + a] != position[a]);
             let pushed =
                 (0..d).any(|a| velocities[row * d + a] != velocity[a] * engine.units.velocity);
             let heated = thermal.is_some_and(|(columns, thermal)| {

@@ -436,16 +436,16 @@ impl Core {
             engine
                 .grid
                 .schedule
-                .blocks
-                .iter()
-                .map(|&b| &blocks[b as usize])
+                .in_order()
+                .into_iter()
+                .map(|b| &blocks[b as usize])
         };
         let mut pairs = Vec::new();
         if blocks.iter().all(|block| block.shuffled.is_empty()) {
             for block in order() {
                 let mut begin = 0;
-                for &[head, end] in &block.rows {
-                    for &other in &block.neighbours[begin..end as usize] {
+                for &[head, end] in &block.rows.ends {
+                    for &other in &block.rows.slots[begin..end as usize] {
                         pairs.extend([row(head), row(other)]);
                     }
                     begin = end as usize;
@@ -489,7 +489,7 @@ impl Core {
         let row = |slot: u32| engine.particles.row[slot as usize];
         let walls = &engine.walls;
         let mut table = Vec::new();
-        for &base in &engine.grid.schedule.blocks {
+        for base in engine.grid.schedule.in_order() {
             let links = walls.links.get(base as usize).map_or(&[][..], |b| &b.links);
             for link in links {
                 let label = walls.images[link.image as usize].label;

@@ -327,18 +327,12 @@ pub fn exchange<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: u
     let backward = direction == Direction::Backward;
     for k in 0..ROUNDS {
         let round = if backward { ROUNDS - 1 - k } else { k };
-        for_each_block_with(
-            grid,
-            &list.blocks,
-            backward,
-            Lanes::new,
-            |lanes, number, block| {
-                fetch(block, sweep.place.as_ptr(), sweep.place.len());
-                fetch(block, sweep.velocity.pointer(), sweep.velocity.length);
-                fetch(block, sweep.id.as_ptr(), sweep.id.len());
-                sweep.round::<K, F, V, D>(block, number, round, lanes);
-            },
-        );
+        for_each_block_with(grid, &list.blocks, backward, Lanes::new, |lanes, turn| {
+            fetch(&turn, sweep.place.as_ptr(), sweep.place.len());
+            fetch(&turn, sweep.velocity.pointer(), sweep.velocity.length);
+            fetch(&turn, sweep.id.as_ptr(), sweep.id.len());
+            sweep.round::<K, F, V, D>(turn.block, turn.number, round, lanes);
+        });
     }
     if let Some(tally) = tally {
         tally.keep_exchange();

@@ -141,7 +141,7 @@ where
     #[inline(always)]
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
-        let count = whole::<P::Real>(lanes.pairs.count);
+        let count = whole::<P::Real>(lanes.pairs.members.count);
         near_inverse_roots(&lanes.pairs.r2, &mut lanes.inverse_r, count);
         for k in 0..count {
             let (r2, weight) = (lanes.pairs.r2[k], lanes.pairs.weight[k]);
@@ -209,7 +209,7 @@ impl<F: FrictionForm, P: Precision, const D: usize, const NOISE: bool> Task
     #[inline(always)]
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
-        for k in 0..whole::<P::Real>(lanes.pairs.count) {
+        for k in 0..whole::<P::Real>(lanes.pairs.members.count) {
             let push = lanes.push[k];
             let f = if F::ON {
                 let u = Lanes::<P>::vector(&lanes.u, k);
@@ -257,7 +257,7 @@ impl<P: Precision, const D: usize> Task for Sum<'_, P, D> {
     #[inline(always)]
     fn run<W: Wide>(self) {
         let Lanes { pairs, u, .. } = self.lanes;
-        add_outer::<D, ROOM, ROOM, _, _>(self.sum, &pairs.r, u, pairs.count);
+        add_outer::<D, ROOM, ROOM, _, _>(self.sum, &pairs.r, u, pairs.members.count);
     }
 }
 
@@ -279,7 +279,7 @@ where
     #[inline(always)]
     fn split<A: Arithmetic>(lanes: &Lanes<P>, kick: &Kick, parts: &mut PartLanes) {
         let zero = P::Real::ZERO;
-        for k in 0..lanes.pairs.count.min(super::CHUNK) {
+        for k in 0..lanes.pairs.members.count.min(super::CHUNK) {
             if CONSERVATIVE {
                 let r = Lanes::<P>::vector(&lanes.pairs.r, k);
                 for a in 0..D {
@@ -318,7 +318,7 @@ where
             lanes, sum, parts, ..
         } = self;
         Self::split::<W::Arithmetic>(lanes, self.kick, parts);
-        parts.add_to::<D, ROOM, _>(sum, &lanes.pairs.r, lanes.pairs.count);
+        parts.add_to::<D, ROOM, _>(sum, &lanes.pairs.r, lanes.pairs.members.count);
     }
 }
 
@@ -349,7 +349,7 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
         if V::ON {
             lanes
                 .noise
-                .draw::<F, V, D>(ParticleWords, lanes.pairs.count);
+                .draw::<F, V, D>(ParticleWords, lanes.pairs.members.count);
             finish::<K, F, P, D, CONSERVATIVE, true>(lanes, near, kick, force, &mut virial);
         } else {
             finish::<K, F, P, D, CONSERVATIVE, false>(lanes, near, kick, force, &mut virial);
@@ -447,24 +447,24 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
             &[]
         },
     };
-    for_each_block_with(
-        grid,
-        &list.blocks,
-        false,
-        Lanes::new,
-        |lanes, number, block| {
-            fetch(block, source.place.as_ptr(), source.place.len());
-            fetch(block, source.motion.as_ptr(), source.motion.len());
-            fetch(block, force.pointer(), force.length);
-            if V::ON {
-                fetch(block, source.word.as_ptr(), source.word.len());
-            }
-            let near = &list.near[number as usize];
-            sweep_block::<K, F, V, P, D, CONSERVATIVE>(
-                &source, near, &force, &kick, sums, number, lanes,
-            );
-        },
-    );
+    for_each_block_with(grid, &list.blocks, false, Lanes::new, |lanes, turn| {
+        fetch(&turn, source.place.as_ptr(), source.place.len());
+        fetch(&turn, source.motion.as_ptr(), source.motion.len());
+        fetch(&turn, force.pointer(), force.length);
+        if V::ON {
+            fetch(&turn, source.word.as_ptr(), source.word.len());
+        }
+        let near = list.present(turn.number);
+        sweep_block::<K, F, V, P, D, CONSERVATIVE>(
+            &source,
+            near,
+            &force,
+            &kick,
+            sums,
+            turn.number,
+            lanes,
+        );
+    });
 }
 
 /// Sets `force` to the sum of the conservative force and, where their types are on, drag and noise.

@@ -10,6 +10,7 @@ mod density;
 mod exchange;
 mod force;
 mod heat_tally;
+mod near;
 mod noise;
 mod pair_state;
 mod precision;
@@ -102,12 +103,12 @@ const KEPT: usize = 1 << 19;
 /// Tells the machine that a block will be worked on: what its particles have in a large array is then
 /// on its way to the core while the first pairs are. Rows jump about among a block's particles, in a
 /// way no machine foresees.
-pub(crate) fn fetch<T>(block: &BlockList, array: *const T, length: usize) {
+pub(crate) fn fetch<T>(turn: &Turn<'_>, array: *const T, length: usize) {
     if length * size_of::<T>() < KEPT {
         return;
     }
     #[cfg(target_arch = "x86_64")]
-    for part in block.region() {
+    for part in turn.next.region() {
         let (first, end) = (array.wrapping_add(part.start), array.wrapping_add(part.end));
         let mut at = first.wrapping_byte_sub(first.addr() % 64);
         while at < end {
@@ -120,7 +121,7 @@ pub(crate) fn fetch<T>(block: &BlockList, array: *const T, length: usize) {
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (block, array);
+    let _ = (turn, array);
 }
 
 /// Calls `work` for every block and its number, colour by colour; in parallel where the pool has
@@ -136,17 +137,32 @@ pub(crate) fn for_each_block(
     });
 }
 
+/// A block whose turn it is.
+pub(crate) struct Turn<'a> {
+    pub number: u32,
+    pub block: &'a BlockList,
+    /// The one that is likely to follow.
+    next: &'a BlockList,
+}
+
 /// The same with arrays that each thread makes once, and not for every block.
 pub(crate) fn for_each_block_with<S>(
     grid: &Grid,
     blocks: &[BlockList],
     reverse: bool,
     new: impl Fn() -> S + Sync,
-    work: impl Fn(&mut S, u32, &BlockList) + Sync,
+    work: impl Fn(&mut S, Turn<'_>) + Sync,
 ) {
     grid.schedule.share(reverse, &|each| {
         let mut arrays = new();
-        each(&mut |number| work(&mut arrays, number, &blocks[number as usize]));
+        each(&mut |number, next| {
+            let turn = Turn {
+                number,
+                block: &blocks[number as usize],
+                next: &blocks[next as usize],
+            };
+            work(&mut arrays, turn);
+        });
     });
 }
 
@@ -189,10 +205,10 @@ impl Walk {
         mut visit: impl FnMut(u32, usize, &[u32]),
     ) -> usize {
         let begin = self.pair;
-        let stop = self.stop(&block.rows, count);
-        while let Some((head, pairs)) = self.next_row(&block.rows, stop) {
+        let stop = self.stop(&block.rows.ends, count);
+        while let Some((head, pairs)) = self.next_row(&block.rows.ends, stop) {
             let lane = pairs.start - begin as usize;
-            visit(head, lane, &block.neighbours[pairs]);
+            visit(head, lane, &block.rows.slots[pairs]);
         }
         (stop - begin) as usize
     }

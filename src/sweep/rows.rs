@@ -192,7 +192,7 @@ pub(super) unsafe fn row_sums<P: Precision, W: Wide, const N: usize>(
     W::sums(sums)
 }
 
-/// What a sweep wants to know of pairs beside their geometry.
+/// What a sweep wants to know of pairs.
 pub(super) trait Companion<V: Vector> {
     /// As many pairs as a vector has lanes; theirs begin at `lane`. Of several calls for the same lanes the
     /// last one counts.
@@ -202,9 +202,8 @@ pub(super) trait Companion<V: Vector> {
     unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize);
 }
 
-/// The geometry of the pairs of a chunk.
-#[repr(align(64))]
-pub(super) struct Pairs<P: Precision = Double> {
+/// Whose pairs are in the lanes of a chunk.
+pub(super) struct Members {
     /// Pairs in use.
     pub count: usize,
     /// Heads, each with the lane where its row ends.
@@ -212,15 +211,11 @@ pub(super) struct Pairs<P: Precision = Double> {
     row_count: usize,
     /// Slots of the heads, lane by lane.
     heads: [u32; ROOM],
-    /// Where the partners begin among the slots of the near pairs.
+    /// Where the partners begin among the slots of the pairs.
     first: usize,
-    pub r: [[P::Real; ROOM]; 3],
-    pub r2: [P::Real; ROOM],
-    /// s_i s_j.
-    pub weight: [P::Real; ROOM],
 }
 
-impl<P: Precision> Pairs<P> {
+impl Members {
     pub(super) fn new() -> Self {
         Self {
             count: 0,
@@ -228,41 +223,34 @@ impl<P: Precision> Pairs<P> {
             row_count: 0,
             heads: [0; ROOM],
             first: 0,
-            r: [[P::Real::ZERO; ROOM]; 3],
-            r2: [P::Real::ZERO; ROOM],
-            weight: [P::Real::ZERO; ROOM],
         }
     }
 
-    /// Takes the next pairs of a block. The lanes behind them hold other pairs, or none.
+    /// Takes the next pairs of a block, a vector at a time. The lanes behind them hold other pairs, or none.
     #[inline(always)]
-    pub(super) fn fill<W: Wide, const D: usize>(
+    pub(super) fn fill<V: Vector>(
         &mut self,
         near: &Rows,
-        cell: &PeriodicBox,
-        place: &[[P::Real; 4]],
         walk: &mut Walk,
-        companion: &mut impl Companion<P::Vector<W>>,
+        companion: &mut impl Companion<V>,
     ) {
-        let several = self.enter::<P::Vector<W>>(near, walk);
-        let wrap = Wrap::<P, W>::new(cell);
-        let lanes = P::Vector::<W>::LANES;
-        let vectors = self.count.div_ceil(lanes);
+        let several = self.enter::<V>(near, walk);
+        let vectors = self.count.div_ceil(V::LANES);
         let mut left = (1 << vectors) - 1;
         // Rows may be short, as in a plane.
         if 2 * several.count_ones() as usize <= vectors {
             // Vectors take no notice of where rows end: hardly any has more than two heads, and those
             // that have are gathered again.
-            for lane in (0..self.count).step_by(lanes) {
-                // SAFETY: lanes for all pairs and a vector more.
-                unsafe { self.gather::<W, D>(near, &wrap, place, companion, lane, true) };
+            for lane in (0..self.count).step_by(V::LANES) {
+                // SAFETY: slots of particles, for all pairs and a vector more.
+                unsafe { companion.take(&self.ends(near, lane, true), lane) };
             }
             left = several;
         }
         while left != 0 {
-            let lane = lanes * left.trailing_zeros() as usize;
+            let lane = V::LANES * left.trailing_zeros() as usize;
             // SAFETY: as above.
-            unsafe { self.gather::<W, D>(near, &wrap, place, companion, lane, false) };
+            unsafe { companion.take(&self.ends(near, lane, false), lane) };
             left &= left - 1;
         }
     }
@@ -294,36 +282,19 @@ impl<P: Precision> Pairs<P> {
         several
     }
 
-    /// Gathers as many pairs as a vector has lanes.
+    /// The ends of as many pairs as a vector has lanes, from that lane on.
     ///
     /// # Safety
-    /// There are slots of as many from that lane on.
+    /// There are as many, or slots behind the last.
     #[inline(always)]
-    unsafe fn gather<W: Wide, const D: usize>(
-        &mut self,
-        near: &Rows,
-        wrap: &Wrap<P, W>,
-        place: &[[P::Real; 4]],
-        companion: &mut impl Companion<P::Vector<W>>,
-        lane: usize,
-        two: bool,
-    ) {
-        // SAFETY: slots of particles; lanes are promised by the caller.
+    unsafe fn ends<'a>(&'a self, near: &'a Rows, lane: usize, two: bool) -> Ends<'a> {
+        // SAFETY: promised by the caller.
         unsafe {
-            let ends = Ends {
+            Ends {
                 heads: &*self.heads.as_ptr().add(lane).cast(),
                 others: &*near.slots.as_ptr().add(self.first + lane).cast(),
                 two,
-            };
-            let (here, there) = (ends.of_heads(place), ends.of_others(place));
-            let (r, r2) = wrap.between::<D>(&here, &there);
-            for a in 0..D {
-                r[a].store(self.r[a].as_mut_ptr().add(lane));
             }
-            r2.store(self.r2.as_mut_ptr().add(lane));
-            let weight = P::Vector::<W>::times(here[3], there[3]);
-            weight.store(self.weight.as_mut_ptr().add(lane));
-            companion.take(&ends, lane);
         }
     }
 
@@ -346,6 +317,81 @@ impl<P: Precision> Pairs<P> {
         let [head, end] = self.rows[n];
         (head, begin as usize..end as usize)
     }
+}
+
+/// The pairs of a chunk and their geometry.
+#[repr(align(64))]
+pub(super) struct Pairs<P: Precision = Double> {
+    pub members: Members,
+    pub r: [[P::Real; ROOM]; 3],
+    pub r2: [P::Real; ROOM],
+    /// s_i s_j.
+    pub weight: [P::Real; ROOM],
+}
+
+/// Fills the lanes of the geometry, and what the sweep wants to know beside it.
+struct Geometry<'a, P: Precision, W: Wide, C, const D: usize> {
+    wrap: Wrap<P, W>,
+    place: &'a [[P::Real; 4]],
+    r: &'a mut [[P::Real; ROOM]; 3],
+    r2: &'a mut [P::Real; ROOM],
+    weight: &'a mut [P::Real; ROOM],
+    companion: &'a mut C,
+}
+
+impl<P, W, C, const D: usize> Companion<P::Vector<W>> for Geometry<'_, P, W, C, D>
+where
+    P: Precision,
+    W: Wide,
+    C: Companion<P::Vector<W>>,
+{
+    #[inline(always)]
+    unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize) {
+        // SAFETY: promised by the caller.
+        unsafe {
+            let (here, there) = (ends.of_heads(self.place), ends.of_others(self.place));
+            let (r, r2) = self.wrap.between::<D>(&here, &there);
+            for a in 0..D {
+                r[a].store(self.r[a].as_mut_ptr().add(lane));
+            }
+            r2.store(self.r2.as_mut_ptr().add(lane));
+            let weight = P::Vector::<W>::times(here[3], there[3]);
+            weight.store(self.weight.as_mut_ptr().add(lane));
+            self.companion.take(ends, lane);
+        }
+    }
+}
+
+impl<P: Precision> Pairs<P> {
+    pub(super) fn new() -> Self {
+        Self {
+            members: Members::new(),
+            r: [[P::Real::ZERO; ROOM]; 3],
+            r2: [P::Real::ZERO; ROOM],
+            weight: [P::Real::ZERO; ROOM],
+        }
+    }
+
+    /// Takes the next pairs of a block. The lanes behind them hold other pairs, or none.
+    #[inline(always)]
+    pub(super) fn fill<W: Wide, const D: usize>(
+        &mut self,
+        near: &Rows,
+        cell: &PeriodicBox,
+        place: &[[P::Real; 4]],
+        walk: &mut Walk,
+        companion: &mut impl Companion<P::Vector<W>>,
+    ) {
+        let mut geometry = Geometry::<P, W, _, D> {
+            wrap: Wrap::new(cell),
+            place,
+            r: &mut self.r,
+            r2: &mut self.r2,
+            weight: &mut self.weight,
+            companion,
+        };
+        self.members.fill(near, walk, &mut geometry);
+    }
 
     /// Adds what is in the lanes of three arrays to the records of the heads and takes it from those of
     /// the partners.
@@ -360,7 +406,7 @@ impl<P: Precision> Pairs<P> {
         target: &Shared<'_, [f64; 4]>,
     ) {
         let vector = P::Vector::<W>::LANES;
-        let vectors = self.count - self.count % vector;
+        let vectors = self.members.count - self.members.count % vector;
         for lane in (0..vectors).step_by(vector) {
             let [x, y, z] = columns;
             // SAFETY: promised by the caller; lanes of a whole vector are in use.
@@ -370,20 +416,20 @@ impl<P: Precision> Pairs<P> {
                     P::Vector::<W>::load(y.as_ptr().add(lane)),
                     P::Vector::<W>::load(z.as_ptr().add(lane)),
                 ];
-                let slots = near.slots.as_ptr().add(self.first + lane);
+                let slots = near.slots.as_ptr().add(self.members.first + lane);
                 P::Vector::<W>::take(axes, target.pointer(), slots);
             }
         }
         // What is behind the last pair are slots of other blocks, of which other threads make use.
-        for (lane, &slot) in self.others(near).iter().enumerate().skip(vectors) {
+        for (lane, &slot) in self.members.others(near).iter().enumerate().skip(vectors) {
             // SAFETY: promised by the caller.
             let other = unsafe { target.slot(slot) };
             for (number, column) in other.iter_mut().zip(columns) {
                 *number -= column[lane].double();
             }
         }
-        for n in 0..self.row_count() {
-            let (head, lanes) = self.row_at(n);
+        for n in 0..self.members.row_count() {
+            let (head, lanes) = self.members.row_at(n);
             // SAFETY: promised by the caller; rows begin within the chunk.
             unsafe {
                 let [x, y, z] = columns;

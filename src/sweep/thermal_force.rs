@@ -278,7 +278,7 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ForceTask<'_, X, V, D> {
                     ),
                 }
             }
-            if walk.at_end(&self.block.rows) {
+            if walk.at_end(&self.block.rows.ends) {
                 break;
             }
         }

@@ -51,9 +51,9 @@ impl<W: Wide> Companion<W> for Approach<'_> {
 impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
     /// r_ij F r_ij.(A_j u_i + A_i u_j), summed over the pairs of a chunk with the given F.
     fn hand_over(&self, pairs: &Pairs, slope: &[f64; ROOM], sum: &mut Flow) {
-        let others = pairs.others(self.near);
-        for n in 0..pairs.row_count() {
-            let (head, lanes) = pairs.row_at(n);
+        let others = pairs.members.others(self.near);
+        for n in 0..pairs.members.row_count() {
+            let (head, lanes) = pairs.members.row_at(n);
             for lane in lanes {
                 let (i, j) = (head as usize, others[lane] as usize);
                 let [u, w] = [i, j].map(|slot| &self.mean[slot]);
@@ -91,7 +91,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
                 &mut walk,
                 &mut companion,
             );
-            for k in 0..whole::<f64>(pairs.count) {
+            for k in 0..whole::<f64>(pairs.members.count) {
                 let r2 = pairs.r2[k];
                 let inverse = r2.at_least(f64::TINY).inverse_root::<W::Arithmetic>();
                 let mut along = 0.0;
@@ -104,9 +104,9 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
             if self.current.is_some() {
                 self.hand_over(&pairs, &slope, handed.pressure());
             }
-            let others = pairs.others(self.near);
-            for n in 0..pairs.row_count() {
-                let (head, lanes) = pairs.row_at(n);
+            let others = pairs.members.others(self.near);
+            for n in 0..pairs.members.row_count() {
+                let (head, lanes) = pairs.members.row_at(n);
                 let mut sum = 0.0;
                 for lane in lanes {
                     sum += approach[lane];
@@ -146,7 +146,7 @@ pub fn pair_work<K: Kernel, const D: usize>(
     let mean = &particles.scratch;
     for_each_block(grid, &list.blocks, false, &|number, _| {
         run_wide(WorkTask::<K, D> {
-            near: &list.near[number as usize],
+            near: list.present(number),
             cell,
             position,
             velocity,

@@ -240,8 +240,8 @@ impl Walls {
         };
         if pairs.shuffled.is_empty() {
             let mut begin = 0;
-            for &[head, end] in &pairs.rows {
-                for &other in &pairs.neighbours[begin..end as usize] {
+            for &[head, end] in &pairs.rows.ends {
+                for &other in &pairs.rows.slots[begin..end as usize] {
                     visit(head, other);
                 }
                 begin = end as usize;

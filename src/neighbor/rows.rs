@@ -1,0 +1,40 @@
+//! Pairs row by row: those of a row have one particle in common, its head.
+
+/// Rows of pairs that stay together.
+#[derive(Debug, Default, Clone)]
+pub struct Rows {
+    /// (slot of the row's head, end of the row in `slots`).
+    pub ends: Vec<[u32; 2]>,
+    /// Slots of partners, row after row, and some more behind the last, so that a row can be read a
+    /// vector at a time.
+    pub slots: Vec<u32>,
+}
+
+impl Rows {
+    /// Number of pairs.
+    #[inline]
+    pub fn pairs(&self) -> usize {
+        self.ends.last().map_or(0, |&[_, end]| end as usize)
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        8 * self.ends.capacity() + 4 * self.slots.capacity()
+    }
+
+    /// No rows; what they took is kept.
+    pub(super) fn clear(&mut self) {
+        self.ends.clear();
+        self.slots.clear();
+    }
+
+    /// Room for so many rows and slots, and none in use.
+    pub(super) fn fit(&mut self, rows: usize, slots: usize) {
+        self.clear();
+        self.ends.reserve_exact(rows);
+        if self.slots.capacity() < slots {
+            self.slots.reserve_exact(slots + slots / 16);
+        }
+        self.slots.resize(slots, 0);
+    }
+}
