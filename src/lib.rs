@@ -11,10 +11,12 @@
 //! | `wall` | walls: their geometry and the images of particles near them |
 //! | `thermal` | fluids with an energy: temperatures, the books of the work, heat through walls |
 //! | `stopwatch`, `peak` | where the time of a run goes; what the machine can do at best |
+//! | `digest` | whether an array has been written to |
 //! | `relax` | fluid-like starts from random positions |
 //! | `fields` | kernel sums over particles at given points |
 //! | `python` | the binding, the only module that knows PyO3 |
 
+pub mod digest;
 pub mod domain;
 pub mod effect;
 pub mod eos;

@@ -31,8 +31,8 @@ __all__ = [
 
 # A call of the core should last about this long [s], so that Ctrl-C and the bar respond.
 CHUNK_SECONDS = 0.2
-# Showing the state costs a particle a tenth of a step or two: not after fewer steps than these.
-STEPS_BETWEEN_VIEWS = 8
+# Showing the state costs a particle a third of a step or less: not after fewer steps than these.
+STEPS_BETWEEN_VIEWS = 32
 # Fewer particles than this are not worth a thread of their own.
 PARTICLES_PER_THREAD = 500
 # t/dt this close above an integer (relative) is that integer: 0.1 + 0.2 is 0.3 here.

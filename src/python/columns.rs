@@ -1,10 +1,13 @@
 //! The arrays that users see, in their units and row order, and what they may write into them.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays::Column;
 use super::errors::to_python;
+use crate::digest::digest;
 use crate::error::Result;
 use crate::simulation::Engine;
 use crate::thermal::Thermal;
@@ -29,6 +32,8 @@ pub struct Columns {
     pub images: Column<i32>,
     /// Of particles with an energy.
     pub thermal: Option<ThermalColumns>,
+    /// Digest of what the user may write into, as it was shown last.
+    shown: AtomicU64,
     n: usize,
     dimension: usize,
 }
@@ -166,6 +171,7 @@ impl Columns {
             ids: Column::new(py, n, 0, false)?,
             images: Column::new(py, n, d, false)?,
             thermal,
+            shown: AtomicU64::new(0),
             n,
             dimension: d,
         })
@@ -222,6 +228,7 @@ impl Columns {
                 entropies[row] = entropy * boltzmann;
             }
         }
+        self.shown.store(self.digest(py), Ordering::Relaxed);
     }
 
     /// Takes over what the user wrote since the last export, and brings the derived arrays up to date.
@@ -260,7 +267,20 @@ impl Columns {
         Ok(())
     }
 
+    /// Digest of what the user may write into.
+    fn digest(&self, py: Python<'_>) -> u64 {
+        let mut sum = digest(self.positions.elements(py), 0);
+        sum = digest(self.velocities.elements(py), sum);
+        match &self.thermal {
+            None => sum,
+            Some(columns) => digest(columns.temperatures.elements(py), sum),
+        }
+    }
+
     fn changes(&self, py: Python<'_>, engine: &Engine) -> Vec<Changed> {
+        if self.digest(py) == self.shown.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
         let d = self.dimension;
         let positions = self.positions.elements(py);
         let velocities = self.velocities.elements(py);

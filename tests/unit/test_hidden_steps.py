@@ -1,4 +1,4 @@
-"""Steps that the arrays do not show: a large system is run step by step, and seen every eight."""
+"""Steps that the arrays do not show: a large system is run step by step, and seen now and then."""
 
 import os
 import signal
@@ -15,7 +15,8 @@ from .sims import assert_same_bits, small, small_scene
 
 @pytest.fixture(params=[1, 3])
 def step_by_step(request, monkeypatch):
-    """Calls of the core as short as those of a large system."""
+    """Calls of the core as short as those of a large system, of which every eighth step is seen."""
+    monkeypatch.setattr(running, "STEPS_BETWEEN_VIEWS", 8)
     monkeypatch.setattr(running, "chunk_steps", lambda *_: request.param)
     return request.param
 
@@ -68,8 +69,8 @@ def test_a_failure_returns_to_what_was_shown(step_by_step):
     thermo = sdpd.Thermodynamics(every=1)
     with pytest.raises(sdpd.SimulationError) as caught:
         sim.run(steps=400, observe=thermo)
-    # the last state that was shown: at most eight steps and a call before the failure
-    assert 0 <= caught.value.step - sim.step <= 8 + step_by_step
+    # the last state that was shown: at most so many steps and a call before the failure
+    assert 0 <= caught.value.step - sim.step <= running.STEPS_BETWEEN_VIEWS + step_by_step
     assert np.isfinite(sim.positions).all() and np.isfinite(sim.velocities).all()
     assert list(thermo["step"]) == list(range(1, sim.step + 1))
     assert sim.time == pytest.approx(sim.step * sim.dt)

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from sdpd.running import STEPS_BETWEEN_VIEWS
-
 if TYPE_CHECKING:
     from sdpd.observers import Observer
     from sdpd.simulation import Simulation
@@ -20,6 +18,7 @@ __all__ = ["Lists", "Runs", "Spread", "take_turns"]
 
 Key = TypeVar("Key", bound=Hashable)
 
+FEWEST = 16  # steps of a turn: to take over and show the state must not count for much
 ENOUGH, LONGEST, SHORT = 5, 120, 3  # lists, steps to wait for them, the same to try it
 
 
@@ -122,7 +121,7 @@ class Runs:
         self()  # memory is in place after this
         if seconds > 0.0:
             steps = round(seconds / (self() * 1e-9 * sim.n_particles))
-            self.steps = max(STEPS_BETWEEN_VIEWS, steps)
+            self.steps = max(FEWEST, steps)
 
     def __call__(self) -> float:
         """Take a turn; [ns]."""
