@@ -7,8 +7,8 @@ use std::marker::PhantomData;
 
 use super::density::know_near;
 use super::noise::{Noise, ParticleWords, particle_words};
-use super::precision::{Copies, Precision};
-use super::rows::{Companion, Ends, Pairs, ROOM, whole};
+use super::precision::{Copies, Precision, States};
+use super::rows::{Companion, Ends, Geometry, Pairs, ROOM, whole};
 use super::tally::{BlockSums, Exchanged, PartLanes, Tally, Tensor, Virial, add_outer};
 use super::wide::Vector;
 use super::{Shared, Task, Walk, Wide, fetch, for_each_block_with, run_wide};
@@ -50,8 +50,7 @@ impl<P: Precision> Lanes<P> {
 /// What a sweep reads.
 struct Source<'a, R> {
     cell: &'a PeriodicBox,
-    place: &'a [[R; 4]],
-    motion: &'a [[R; 4]],
+    states: States<'a, R>,
     /// Words of the particles, where there is noise.
     word: &'a [u64],
 }
@@ -64,26 +63,33 @@ struct Gather<'a, P: Precision, const D: usize, const FRICTION: bool, const NOIS
     lanes: &'a mut Lanes<P>,
 }
 
-/// Relative velocities, pressures and words.
-struct Motion<'a, R: Real, const D: usize, const FRICTION: bool, const NOISE: bool> {
-    source: &'a Source<'a, R>,
-    u: &'a mut [[R; ROOM]; 3],
-    pressure: &'a mut [R; ROOM],
-    noise: &'a mut Noise<3, R>,
+/// Geometry, relative velocities, pressures and words.
+struct All<'a, P, W, const D: usize, const FRICTION: bool, const NOISE: bool>
+where
+    P: Precision,
+    W: Wide,
+{
+    source: &'a Source<'a, P::Real>,
+    geometry: Geometry<'a, P, W, D>,
+    u: &'a mut [[P::Real; ROOM]; 3],
+    pressure: &'a mut [P::Real; ROOM],
+    noise: &'a mut Noise<3, P::Real>,
 }
 
-impl<V, R, const D: usize, const FRICTION: bool, const NOISE: bool> Companion<V>
-    for Motion<'_, R, D, FRICTION, NOISE>
+impl<P, W, const D: usize, const FRICTION: bool, const NOISE: bool>
+    All<'_, P, W, D, FRICTION, NOISE>
 where
-    V: Vector<Number = R>,
-    R: Real,
+    P: Precision,
+    W: Wide,
 {
+    /// From the columns of the records of velocities.
+    ///
+    /// # Safety
+    /// There are lanes for a vector.
     #[inline(always)]
-    unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize) {
+    unsafe fn put(&mut self, here: &[P::Vector<W>; 4], there: &[P::Vector<W>; 4], lane: usize) {
         // SAFETY: promised by the caller.
         unsafe {
-            let here: [V; 4] = ends.of_heads(self.source.motion);
-            let there: [V; 4] = ends.of_others(self.source.motion);
             if FRICTION {
                 for a in 0..D {
                     let u = here[a].minus(there[a]);
@@ -92,8 +98,35 @@ where
             }
             let pressure = here[3].plus(there[3]);
             pressure.store(self.pressure.as_mut_ptr().add(lane));
+        }
+    }
+}
+
+impl<P, W, const D: usize, const FRICTION: bool, const NOISE: bool> Companion<P::Vector<W>>
+    for All<'_, P, W, D, FRICTION, NOISE>
+where
+    P: Precision,
+    W: Wide,
+{
+    #[inline(always)]
+    unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize) {
+        let states = &self.source.states;
+        // SAFETY: promised by the caller.
+        unsafe {
+            if P::TOGETHER {
+                let here = ends.of_heads_twice::<P::Vector<W>>(states.first());
+                let there = ends.of_others_twice::<P::Vector<W>>(states.first());
+                self.geometry.put(&here[0], &there[0], lane);
+                self.put(&here[1], &there[1], lane);
+            } else {
+                let (here, there) = (ends.of_heads(states.place), ends.of_others(states.place));
+                self.geometry.put(&here, &there, lane);
+                let (here, there) = (ends.of_heads(states.motion), ends.of_others(states.motion));
+                self.put(&here, &there, lane);
+            }
             if NOISE {
-                self.noise.name::<V>(self.source.word, ends, lane);
+                self.noise
+                    .name::<P::Vector<W>>(self.source.word, ends, lane);
             }
         }
     }
@@ -113,14 +146,15 @@ impl<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> Task
             noise,
             ..
         } = self.lanes;
-        let mut motion = Motion::<P::Real, D, FRICTION, NOISE> {
+        let (members, geometry) = pairs.parts::<W, D>(self.source.cell);
+        let mut all = All::<P, W, D, FRICTION, NOISE> {
             source: self.source,
+            geometry,
             u,
             pressure,
             noise,
         };
-        let Source { cell, place, .. } = self.source;
-        pairs.fill::<W, D>(self.near, cell, place, self.walk, &mut motion);
+        members.fill(self.near, self.walk, &mut all);
     }
 }
 
@@ -439,8 +473,7 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
     let force = Shared::new(force);
     let source = Source {
         cell,
-        place: P::places(position, cell, &mut copies.place),
-        motion: P::motions(velocity, &mut copies.motion),
+        states: P::states([position, velocity], cell, &mut copies.twice),
         word: if V::ON {
             particle_words(&key, id, &mut copies.words)
         } else {
@@ -448,8 +481,14 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
         },
     };
     for_each_block_with(grid, &list.blocks, false, Lanes::new, |lanes, turn| {
-        fetch(&turn, source.place.as_ptr(), source.place.len());
-        fetch(&turn, source.motion.as_ptr(), source.motion.len());
+        let States {
+            place,
+            motion,
+            twice,
+        } = &source.states;
+        fetch(&turn, place.as_ptr(), place.len());
+        fetch(&turn, motion.as_ptr(), motion.len());
+        fetch(&turn, twice.as_ptr(), twice.len());
         fetch(&turn, force.pointer(), force.length);
         if V::ON {
             fetch(&turn, source.word.as_ptr(), source.word.len());

@@ -153,6 +153,38 @@ impl Ends<'_> {
         }
     }
 
+    /// The columns of both records of the heads, where a particle has two side by side.
+    ///
+    /// # Safety
+    /// `base` has two records for every slot.
+    #[inline(always)]
+    pub(super) unsafe fn of_heads_twice<V: Vector>(
+        &self,
+        base: *const [[V::Number; 4]; 2],
+    ) -> [[V; 4]; 2] {
+        // SAFETY: promised by the caller.
+        unsafe {
+            if !self.two {
+                return V::columns_twice(base, self.heads.as_ptr());
+            }
+            let two = self.two_heads::<V>().map(|slot| base.add(slot as usize));
+            V::of_two_twice(two, self.first::<V>())
+        }
+    }
+
+    /// The columns of both records of the partners.
+    ///
+    /// # Safety
+    /// `base` has two records for every slot.
+    #[inline(always)]
+    pub(super) unsafe fn of_others_twice<V: Vector>(
+        &self,
+        base: *const [[V::Number; 4]; 2],
+    ) -> [[V; 4]; 2] {
+        // SAFETY: promised by the caller.
+        unsafe { V::columns_twice(base, self.others.as_ptr()) }
+    }
+
     /// Those of the partners' records.
     ///
     /// # Safety
@@ -329,17 +361,47 @@ pub(super) struct Pairs<P: Precision = Double> {
     pub weight: [P::Real; ROOM],
 }
 
-/// Fills the lanes of the geometry, and what the sweep wants to know beside it.
-struct Geometry<'a, P: Precision, W: Wide, C, const D: usize> {
+/// Fills the lanes of the geometry.
+pub(super) struct Geometry<'a, P: Precision, W: Wide, const D: usize> {
     wrap: Wrap<P, W>,
-    place: &'a [[P::Real; 4]],
     r: &'a mut [[P::Real; ROOM]; 3],
     r2: &'a mut [P::Real; ROOM],
     weight: &'a mut [P::Real; ROOM],
+}
+
+impl<P: Precision, W: Wide, const D: usize> Geometry<'_, P, W, D> {
+    /// From the columns of the records of both ends.
+    ///
+    /// # Safety
+    /// There are lanes for a vector.
+    #[inline(always)]
+    pub(super) unsafe fn put(
+        &mut self,
+        here: &[P::Vector<W>; 4],
+        there: &[P::Vector<W>; 4],
+        lane: usize,
+    ) {
+        // SAFETY: promised by the caller.
+        unsafe {
+            let (r, r2) = self.wrap.between::<D>(here, there);
+            for a in 0..D {
+                r[a].store(self.r[a].as_mut_ptr().add(lane));
+            }
+            r2.store(self.r2.as_mut_ptr().add(lane));
+            let weight = P::Vector::<W>::times(here[3], there[3]);
+            weight.store(self.weight.as_mut_ptr().add(lane));
+        }
+    }
+}
+
+/// Fills the lanes of the geometry, and what the sweep wants to know beside it.
+struct Accompanied<'a, P: Precision, W: Wide, C, const D: usize> {
+    geometry: Geometry<'a, P, W, D>,
+    place: &'a [[P::Real; 4]],
     companion: &'a mut C,
 }
 
-impl<P, W, C, const D: usize> Companion<P::Vector<W>> for Geometry<'_, P, W, C, D>
+impl<P, W, C, const D: usize> Companion<P::Vector<W>> for Accompanied<'_, P, W, C, D>
 where
     P: Precision,
     W: Wide,
@@ -350,13 +412,7 @@ where
         // SAFETY: promised by the caller.
         unsafe {
             let (here, there) = (ends.of_heads(self.place), ends.of_others(self.place));
-            let (r, r2) = self.wrap.between::<D>(&here, &there);
-            for a in 0..D {
-                r[a].store(self.r[a].as_mut_ptr().add(lane));
-            }
-            r2.store(self.r2.as_mut_ptr().add(lane));
-            let weight = P::Vector::<W>::times(here[3], there[3]);
-            weight.store(self.weight.as_mut_ptr().add(lane));
+            self.geometry.put(&here, &there, lane);
             self.companion.take(ends, lane);
         }
     }
@@ -382,15 +438,28 @@ impl<P: Precision> Pairs<P> {
         walk: &mut Walk,
         companion: &mut impl Companion<P::Vector<W>>,
     ) {
-        let mut geometry = Geometry::<P, W, _, D> {
-            wrap: Wrap::new(cell),
+        let (members, geometry) = self.parts(cell);
+        let mut all = Accompanied::<P, W, _, D> {
+            geometry,
             place,
+            companion,
+        };
+        members.fill(near, walk, &mut all);
+    }
+
+    /// For who fills the lanes otherwise.
+    #[inline(always)]
+    pub(super) fn parts<W: Wide, const D: usize>(
+        &mut self,
+        cell: &PeriodicBox,
+    ) -> (&mut Members, Geometry<'_, P, W, D>) {
+        let geometry = Geometry {
+            wrap: Wrap::new(cell),
             r: &mut self.r,
             r2: &mut self.r2,
             weight: &mut self.weight,
-            companion,
         };
-        self.members.fill(near, walk, &mut geometry);
+        (&mut self.members, geometry)
     }
 
     /// Adds what is in the lanes of three arrays to the records of the heads and takes it from those of

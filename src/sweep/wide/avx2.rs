@@ -309,6 +309,23 @@ unsafe fn eight(base: *const [f32; 4], slots: *const u32) -> [__m256; 4] {
     }
 }
 
+/// The columns of eight pairs of records.
+#[inline(always)]
+unsafe fn eight_twice(base: *const [[f32; 4]; 2], slots: *const u32) -> [[__m256; 4]; 2] {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        let at = |k: usize| _mm256_loadu_ps(base.add(slot(slots, k)).cast());
+        let low = transposed([at(0), at(1), at(2), at(3)]);
+        let high = transposed([at(4), at(5), at(6), at(7)]);
+        let mut columns = [low; 2];
+        for a in 0..4 {
+            columns[0][a] = _mm256_permute2f128_ps::<0x20>(low[a], high[a]);
+            columns[1][a] = _mm256_permute2f128_ps::<0x31>(low[a], high[a]);
+        }
+        columns
+    }
+}
+
 /// The eight lanes whose bits are set, in front.
 #[inline(always)]
 unsafe fn in_front(numbers: __m256, keep: u32) -> __m256 {
@@ -361,6 +378,22 @@ impl Vector for Single {
                 Self(low[2], high[2]),
                 Self(low[3], high[3]),
             ]
+        }
+    }
+    #[inline(always)]
+    unsafe fn columns_twice(base: *const [[f32; 4]; 2], slots: *const u32) -> [[Self; 4]; 2] {
+        unsafe {
+            let (low, high) = (
+                eight_twice(base, slots),
+                eight_twice(base, slots.add(LANES)),
+            );
+            let mut columns = [[Self(low[0][0], high[0][0]); 4]; 2];
+            for half in 0..2 {
+                for a in 0..4 {
+                    columns[half][a] = Self(low[half][a], high[half][a]);
+                }
+            }
+            columns
         }
     }
     #[inline(always)]

@@ -260,6 +260,17 @@ unsafe fn four(base: *const [f32; 4], [low, high]: [*const u32; 2], first: usize
     }
 }
 
+/// Both records of a slot and of the fourth behind it.
+#[inline(always)]
+unsafe fn eights(base: *const [[f32; 4]; 2], slots: *const u32) -> __m512 {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        let at = |k: usize| _mm256_loadu_ps(base.add(slot(slots, k)).cast());
+        let low = _mm512_castps_pd(_mm512_castps256_ps512(at(0)));
+        _mm512_castpd_ps(_mm512_insertf64x4::<1>(low, _mm256_castps_pd(at(4))))
+    }
+}
+
 /// Four by four numbers within each quarter of the registers.
 #[inline(always)]
 unsafe fn transposed(rows: [__m512; 4]) -> [__m512; 4] {
@@ -315,6 +326,47 @@ impl Vector for Single {
             ];
             let [x, y, z, last] = transposed(fours);
             [Self(x), Self(y), Self(z), Self(last)]
+        }
+    }
+    #[inline(always)]
+    unsafe fn columns_twice(base: *const [[f32; 4]; 2], slots: *const u32) -> [[Self; 4]; 2] {
+        unsafe {
+            // Of slots 0 to 7: x0 .. x3, those of the second records, x4 .. x7, and so on.
+            let low = transposed([
+                eights(base, slots),
+                eights(base, slots.add(1)),
+                eights(base, slots.add(2)),
+                eights(base, slots.add(3)),
+            ]);
+            let slots = slots.add(LANES);
+            let high = transposed([
+                eights(base, slots),
+                eights(base, slots.add(1)),
+                eights(base, slots.add(2)),
+                eights(base, slots.add(3)),
+            ]);
+            let mut columns = [[Self(low[0]); 4]; 2];
+            for a in 0..4 {
+                columns[0][a] = Self(_mm512_shuffle_f32x4::<0x88>(low[a], high[a]));
+                columns[1][a] = Self(_mm512_shuffle_f32x4::<0xDD>(low[a], high[a]));
+            }
+            columns
+        }
+    }
+    #[inline(always)]
+    unsafe fn of_two_twice([set, unset]: [*const [[f32; 4]; 2]; 2], first: u32) -> [[Self; 4]; 2] {
+        unsafe {
+            let both = _mm512_castps_pd(_mm512_castps256_ps512(_mm256_loadu_ps(set.cast())));
+            let unset = _mm256_castps_pd(_mm256_loadu_ps(unset.cast()));
+            let both = _mm512_castpd_ps(_mm512_insertf64x4::<1>(both, unset));
+            let (zero, eight) = (_mm512_setzero_si512(), _mm512_set1_epi32(8));
+            let mut place = _mm512_mask_mov_epi32(eight, first as u16, zero);
+            let mut columns = [[Self(both); 4]; 2];
+            for column in columns.as_flattened_mut() {
+                *column = Self(_mm512_permutexvar_ps(place, both));
+                place = _mm512_add_epi32(place, _mm512_set1_epi32(1));
+            }
+            columns
         }
     }
     #[inline(always)]

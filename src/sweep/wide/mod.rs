@@ -114,6 +114,26 @@ pub trait Vector: Copy {
     /// # Safety
     /// See the trait.
     unsafe fn columns_of(base: *const [Self::Number; 4], slots: [*const u32; 2]) -> [Self; 4];
+    /// The columns of the records of some slots, of which each has two side by side.
+    ///
+    /// # Safety
+    /// See the trait.
+    #[inline(always)]
+    unsafe fn columns_twice(
+        base: *const [[Self::Number; 4]; 2],
+        slots: *const u32,
+    ) -> [[Self; 4]; 2] {
+        const ALL: [u32; 2 * LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+        // SAFETY: promised by the caller.
+        unsafe {
+            let mut halves = [[*base.cast(); 2 * LANES]; 2];
+            for lane in 0..Self::LANES {
+                let [first, second] = *base.add(*slots.add(lane) as usize);
+                (halves[0][lane], halves[1][lane]) = (first, second);
+            }
+            halves.map(|records| Self::columns(records.as_ptr(), ALL.as_ptr()))
+        }
+    }
     /// Takes the lanes of three columns from the first three numbers of the records of some slots, in
     /// double precision and one lane after the other: two may have the same slot. The fourth number may be
     /// written as well, as it is.
@@ -147,6 +167,24 @@ pub trait Vector: Copy {
             columns[a] = Self::splat(set[a]).where_set(first, Self::splat(unset[a]));
         }
         columns
+    }
+    /// The same of two records side by side.
+    ///
+    /// # Safety
+    /// See `of_two`.
+    #[inline(always)]
+    unsafe fn of_two_twice(
+        records: [*const [[Self::Number; 4]; 2]; 2],
+        first: u32,
+    ) -> [[Self; 4]; 2] {
+        let [set, unset] = records.map(|record| record.cast::<[Self::Number; 4]>());
+        // SAFETY: promised by the caller.
+        unsafe {
+            [
+                Self::of_two([set, unset], first),
+                Self::of_two([set.add(1), unset.add(1)], first),
+            ]
+        }
     }
     /// Bit k is set where number k is that one.
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32;
@@ -408,6 +446,26 @@ mod tests {
             for column in V::of_two([&records[4], &records[9]], 0b0101_1010_0110_1001) {
                 column.store(lanes.as_mut_ptr());
                 out.extend(&lanes);
+            }
+            let twice: Vec<[[R; 4]; 2]> = records
+                .iter()
+                .map(|&record| [record, record.map(|x| R::of(1000.0) + x)])
+                .collect();
+            let two = V::of_two_twice([&twice[4], &twice[9]], 0b0101_1010_0110_1001);
+            for column in two.concat() {
+                column.store(lanes.as_mut_ptr());
+                out.extend(&lanes);
+            }
+            for (half, of_half) in V::columns_twice(twice.as_ptr(), slots.as_ptr())
+                .iter()
+                .enumerate()
+            {
+                for (a, column) in of_half.iter().enumerate() {
+                    column.store(lanes.as_mut_ptr());
+                    for (lane, &slot) in lanes.iter().zip(&slots) {
+                        assert_eq!(*lane, twice[slot as usize][half][a]);
+                    }
+                }
             }
             let mut heads = [7; 2 * LANES];
             heads[5..].fill(9);
