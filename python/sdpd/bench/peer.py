@@ -49,6 +49,7 @@ OURS = {
     "pair splitting": Step(PairSplitting()),
     "splitting, mixed precision": Step(PairSplitting(), precision="mixed"),
     "Verlet, no noise": Step(VelocityVerlet(), noisy=False),
+    "no noise, mixed precision": Step(VelocityVerlet(), precision="mixed", noisy=False),
 }
 
 
