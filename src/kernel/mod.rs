@@ -119,7 +119,15 @@ mod tests {
                 close(wide, narrow.double(), 2e-5);
             }
         }
-        assert_eq!((K::shape(1.0_f32), K::slope(1.0_f32)), (0.0, 0.0));
+        // Pairs in the skin are computed like others.
+        for k in 0..200 {
+            let q = 1.0 + 1e-3 * f64::from(k);
+            let all = [K::shape(q), K::slope(q), K::root_slope(q)];
+            assert_eq!(all, [0.0; 3]);
+            let q = q as f32;
+            let all = [K::shape(q), K::slope(q), K::root_slope(q)];
+            assert_eq!(all, [0.0; 3]);
+        }
     }
 
     #[test]
