@@ -75,11 +75,51 @@ pub struct Settings {
 }
 
 /// Squared displacements and speed found while moving the particles.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Moved {
     from_grid: f64,
+    /// Where the list has a reference of its own.
     from_list: f64,
     speed: f64,
+}
+
+/// The square of a vector. A NaN must win every comparison, or nobody would see it.
+#[inline(always)]
+fn visible_square([x, y, z]: [f64; 3]) -> f64 {
+    let square = x * x + y * y + z * z;
+    if square < f64::INFINITY {
+        square
+    } else {
+        f64::INFINITY
+    }
+}
+
+#[inline(always)]
+fn square_from(position: &[f64; 4], origin: &[f64; 3]) -> f64 {
+    visible_square(std::array::from_fn(|a| position[a] - origin[a]))
+}
+
+impl Moved {
+    /// r += v dt of one particle.
+    #[inline(always)]
+    fn new(position: &mut [f64; 4], v: &[f64; 4], grid: &[f64; 3], dt: f64) -> Self {
+        for a in 0..3 {
+            position[a] += dt * v[a];
+        }
+        Self {
+            from_grid: square_from(position, grid),
+            from_list: 0.0,
+            speed: visible_square([v[0], v[1], v[2]]),
+        }
+    }
+
+    fn most(self, other: Self) -> Self {
+        Self {
+            from_grid: self.from_grid.max(other.from_grid),
+            from_list: self.from_list.max(other.from_list),
+            speed: self.speed.max(other.speed),
+        }
+    }
 }
 
 /// How often lists were renewed.
@@ -890,46 +930,29 @@ impl Engine {
     /// r += v dt; how far the particles are from where grid and list were built.
     pub(crate) fn move_particles(&mut self, dt: f64) -> Result<Moved> {
         self.list.near_is_known = false;
-        let list_reference: &[[f64; 3]] = if self.skin < self.margin {
-            &self.list.reference
-        } else {
-            &self.grid.reference
-        };
         let particles = &mut self.particles;
-        // A NaN must win every comparison, or nobody would see it.
-        let visible = |x: f64| if x < f64::INFINITY { x } else { f64::INFINITY };
-        let square = |x: [f64; 3]| visible(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-        let moved = particles
+        let records = particles
             .position
             .par_iter_mut()
             .with_min_len(GRAIN)
             .zip(&particles.velocity)
-            .zip(&self.grid.reference)
-            .zip(list_reference)
-            .map(|(((position, v), grid), list)| {
-                for a in 0..3 {
-                    position[a] += dt * v[a];
-                }
-                let from =
-                    |origin: &[f64; 3]| square(std::array::from_fn(|a| position[a] - origin[a]));
-                Moved {
-                    from_grid: from(grid),
-                    from_list: from(list),
-                    speed: square([v[0], v[1], v[2]]),
-                }
-            })
-            .reduce(
-                || Moved {
-                    from_grid: 0.0,
-                    from_list: 0.0,
-                    speed: 0.0,
-                },
-                |a, b| Moved {
-                    from_grid: a.from_grid.max(b.from_grid),
-                    from_list: a.from_list.max(b.from_list),
-                    speed: a.speed.max(b.speed),
-                },
-            );
+            .zip(&self.grid.reference);
+        let moved = if self.skin < self.margin {
+            records
+                .zip(&self.list.reference)
+                .map(|(((position, v), grid), list)| {
+                    let moved = Moved::new(position, v, grid, dt);
+                    Moved {
+                        from_list: square_from(position, list),
+                        ..moved
+                    }
+                })
+                .reduce(Moved::default, Moved::most)
+        } else {
+            records
+                .map(|((position, v), grid)| Moved::new(position, v, grid, dt))
+                .reduce(Moved::default, Moved::most)
+        };
         if moved.speed * dt * dt > RUNAWAY * RUNAWAY {
             return Err(self.find_runaway(dt));
         }

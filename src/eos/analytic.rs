@@ -55,22 +55,31 @@ impl EquationOfState for Linear {
 #[derive(Debug, Clone)]
 pub struct Tait {
     /// rho0 `[mass/length^D]`.
-    pub reference_density: f64,
+    reference_density: f64,
     /// c at rho0 `[velocity]`.
-    pub sound_speed: f64,
+    sound_speed: f64,
     /// n, > 1.
-    pub exponent: f64,
+    exponent: f64,
     /// Pb `[pressure]`.
-    pub background_pressure: f64,
+    background_pressure: f64,
+    /// rho0 c^2/n `[pressure]`.
+    stiffness: f64,
+    /// n, where powers are products. It is asked for at every particle and step.
+    integer: Option<u32>,
+}
+
+/// n as a small integer, if it is one.
+fn small_integer(n: f64) -> Option<u32> {
+    (n.fract() == 0.0 && (0.0..=64.0).contains(&n)).then_some(n as u32)
 }
 
 /// x^n, by products where n is a small integer: a fifth of the time, and the same bits everywhere.
 #[inline]
-fn power(x: f64, n: f64) -> f64 {
-    if n.fract() != 0.0 || !(0.0..=64.0).contains(&n) {
+fn power(x: f64, n: f64, integer: Option<u32>) -> f64 {
+    let Some(mut left) = integer else {
         return x.powf(n);
-    }
-    let (mut power, mut square, mut left) = (1.0, x, n as u32);
+    };
+    let (mut power, mut square) = (1.0, x);
     while left > 0 {
         if left & 1 == 1 {
             power *= square;
@@ -82,26 +91,41 @@ fn power(x: f64, n: f64) -> f64 {
 }
 
 impl Tait {
-    fn stiffness(&self) -> f64 {
-        self.reference_density * self.sound_speed * self.sound_speed / self.exponent
+    /// Of rho0 `[mass/length^D]`, c at rho0 `[velocity]`, n > 1 and Pb `[pressure]`.
+    pub fn new(
+        reference_density: f64,
+        sound_speed: f64,
+        exponent: f64,
+        background_pressure: f64,
+    ) -> Self {
+        Self {
+            reference_density,
+            sound_speed,
+            exponent,
+            background_pressure,
+            stiffness: reference_density * sound_speed * sound_speed / exponent,
+            integer: small_integer(exponent),
+        }
+    }
+
+    /// (rho/rho0)^(n - 1).
+    fn slope(&self, rho: f64) -> f64 {
+        let n = self.exponent - 1.0;
+        power(rho / self.reference_density, n, small_integer(n))
     }
 }
 
 impl EquationOfState for Tait {
     fn pressure(&self, rho: f64) -> f64 {
-        self.stiffness() * (power(rho / self.reference_density, self.exponent) - 1.0)
-            + self.background_pressure
+        let x = rho / self.reference_density;
+        self.stiffness * (power(x, self.exponent, self.integer) - 1.0) + self.background_pressure
     }
     fn sound_speed_squared(&self, rho: f64) -> f64 {
-        self.sound_speed
-            * self.sound_speed
-            * power(rho / self.reference_density, self.exponent - 1.0)
+        self.sound_speed * self.sound_speed * self.slope(rho)
     }
     fn specific_potential(&self, rho: f64) -> f64 {
-        let x = rho / self.reference_density;
-        self.stiffness() / self.reference_density * power(x, self.exponent - 1.0)
-            / (self.exponent - 1.0)
-            + (self.stiffness() - self.background_pressure) / rho
+        self.stiffness / self.reference_density * self.slope(rho) / (self.exponent - 1.0)
+            + (self.stiffness - self.background_pressure) / rho
     }
 }
 

@@ -85,12 +85,12 @@ pub fn build(kind: &str, parameters: &[f64]) -> Result<Box<dyn EquationOfState>>
                     p[2]
                 )));
             }
-            Box::new(Tait {
-                reference_density: positive("reference_density", p[0])?,
-                sound_speed: positive("sound_speed", p[1])?,
-                exponent: p[2],
-                background_pressure: p[3],
-            })
+            Box::new(Tait::new(
+                positive("reference_density", p[0])?,
+                positive("sound_speed", p[1])?,
+                p[2],
+                p[3],
+            ))
         }
         "ideal_gas" => {
             expect(kind, p, &["sound_speed"])?;
