@@ -200,10 +200,9 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
     let position = &engine.particles.position;
     let mut sum = 0.0;
     for block in &engine.list.blocks {
-        let mut begin = 0;
-        for &[head, end] in &block.rows.ends {
+        for (head, others) in block.rows.iter() {
             let i = position[head as usize];
-            for &other in &block.rows.slots[begin..end as usize] {
+            for &other in others {
                 let j = position[other as usize];
                 let r = engine
                     .cell
@@ -212,7 +211,6 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
                 let weight = i[3] * j[3];
                 sum += 2.0 * K::f::<_, D>(r2.sqrt()) * weight * weight;
             }
-            begin = end as usize;
         }
     }
     sum += wall_friction_weight::<K, D>(&engine.particles, &engine.walls);

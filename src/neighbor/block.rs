@@ -365,13 +365,11 @@ impl BlockList {
         };
         self.counts.clear();
         self.counts.resize(BUCKETS + 1, 0);
-        let mut begin = 0;
-        for &[head, end] in &self.rows.ends {
+        for (head, others) in self.rows.iter() {
             let own = hash(head);
-            for &other in &self.rows.slots[begin..end as usize] {
+            for &other in others {
                 self.counts[bucket(own, hash(other)) + 1] += 1;
             }
-            begin = end as usize;
         }
         for k in 1..=BUCKETS {
             self.counts[k] += self.counts[k - 1];

@@ -127,14 +127,12 @@ mod tests {
         list.build::<D>(&grid, &cell, &mut particles, cutoff, true);
         let mut found = BTreeSet::new();
         for block in &list.blocks {
-            let mut begin = 0;
-            for &[head, end] in &block.rows.ends {
-                for &other in &block.rows.slots[begin..end as usize] {
+            for (head, others) in block.rows.iter() {
+                for &other in others {
                     assert!(found.insert([head.min(other), head.max(other)]));
                 }
-                begin = end as usize;
             }
-            assert_eq!(block.rows.slots.len(), begin + MOST);
+            assert_eq!(block.rows.slots.len(), block.pairs() + MOST);
             assert!(block.rows.slots.iter().all(|&slot| (slot as usize) < n));
             let mut pairs = BTreeSet::new();
             for pair in &block.shuffled {

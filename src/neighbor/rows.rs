@@ -17,6 +17,16 @@ impl Rows {
         self.ends.last().map_or(0, |&[_, end]| end as usize)
     }
 
+    /// Row by row: the head and its partners.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &[u32])> {
+        let mut begin = 0;
+        self.ends.iter().map(move |&[head, end]| {
+            let partners = &self.slots[begin..end as usize];
+            begin = end as usize;
+            (head, partners)
+        })
+    }
+
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         8 * self.ends.capacity() + 4 * self.slots.capacity()

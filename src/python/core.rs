@@ -432,28 +432,18 @@ impl Core {
         let engine = self.lock()?;
         let row = |slot: u32| engine.particles.row[slot as usize];
         let blocks = &engine.list.blocks;
-        let order = || {
-            engine
-                .grid
-                .schedule
-                .in_order()
-                .into_iter()
-                .map(|b| &blocks[b as usize])
-        };
+        let order = engine.grid.schedule.in_order();
+        let in_order = || order.iter().map(|&base| &blocks[base as usize]);
         let mut pairs = Vec::new();
         if blocks.iter().all(|block| block.shuffled.is_empty()) {
-            for block in order() {
-                let mut begin = 0;
-                for &[head, end] in &block.rows.ends {
-                    for &other in &block.rows.slots[begin..end as usize] {
-                        pairs.extend([row(head), row(other)]);
-                    }
-                    begin = end as usize;
+            for (head, others) in in_order().flat_map(|block| block.rows.iter()) {
+                for &other in others {
+                    pairs.extend([row(head), row(other)]);
                 }
             }
         } else {
             for round in 0..ROUNDS {
-                for block in order() {
+                for block in in_order() {
                     let [start, end] = [block.rounds[round], block.rounds[round + 1]];
                     for pair in &block.shuffled[start as usize..end as usize] {
                         pairs.extend(pair.map(|place| row(block.slots[place as usize])));

@@ -239,12 +239,8 @@ impl Walls {
             }
         };
         if pairs.shuffled.is_empty() {
-            let mut begin = 0;
-            for &[head, end] in &pairs.rows.ends {
-                for &other in &pairs.rows.slots[begin..end as usize] {
-                    visit(head, other);
-                }
-                begin = end as usize;
+            for (head, others) in pairs.rows.iter() {
+                others.iter().for_each(|&other| visit(head, other));
             }
         } else {
             for pair in &pairs.shuffled[..pairs.rounds[ROUNDS] as usize] {

@@ -271,6 +271,36 @@ unsafe fn eights(base: *const [[f32; 4]; 2], slots: *const u32) -> __m512 {
     }
 }
 
+/// The columns of eight pairs of records: x0 .. x3, those of the second records, x4 .. x7, and so on.
+#[inline(always)]
+unsafe fn eight_twice(base: *const [[f32; 4]; 2], slots: *const u32) -> [__m512; 4] {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        transposed([
+            eights(base, slots),
+            eights(base, slots.add(1)),
+            eights(base, slots.add(2)),
+            eights(base, slots.add(3)),
+        ])
+    }
+}
+
+/// The first N numbers of a register where the bits are set, those behind them elsewhere.
+#[inline(always)]
+unsafe fn spread<const N: usize>(both: __m512, first: u32) -> [Single; N] {
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        let (zero, behind) = (_mm512_setzero_si512(), _mm512_set1_epi32(N as i32));
+        let mut place = _mm512_mask_mov_epi32(behind, first as u16, zero);
+        let mut columns = [Single(both); N];
+        for column in &mut columns {
+            *column = Single(_mm512_permutexvar_ps(place, both));
+            place = _mm512_add_epi32(place, _mm512_set1_epi32(1));
+        }
+        columns
+    }
+}
+
 /// Four by four numbers within each quarter of the registers.
 #[inline(always)]
 unsafe fn transposed(rows: [__m512; 4]) -> [__m512; 4] {
@@ -331,20 +361,10 @@ impl Vector for Single {
     #[inline(always)]
     unsafe fn columns_twice(base: *const [[f32; 4]; 2], slots: *const u32) -> [[Self; 4]; 2] {
         unsafe {
-            // Of slots 0 to 7: x0 .. x3, those of the second records, x4 .. x7, and so on.
-            let low = transposed([
-                eights(base, slots),
-                eights(base, slots.add(1)),
-                eights(base, slots.add(2)),
-                eights(base, slots.add(3)),
-            ]);
-            let slots = slots.add(LANES);
-            let high = transposed([
-                eights(base, slots),
-                eights(base, slots.add(1)),
-                eights(base, slots.add(2)),
-                eights(base, slots.add(3)),
-            ]);
+            let (low, high) = (
+                eight_twice(base, slots),
+                eight_twice(base, slots.add(LANES)),
+            );
             let mut columns = [[Self(low[0]); 4]; 2];
             for a in 0..4 {
                 columns[0][a] = Self(_mm512_shuffle_f32x4::<0x88>(low[a], high[a]));
@@ -359,14 +379,8 @@ impl Vector for Single {
             let both = _mm512_castps_pd(_mm512_castps256_ps512(_mm256_loadu_ps(set.cast())));
             let unset = _mm256_castps_pd(_mm256_loadu_ps(unset.cast()));
             let both = _mm512_castpd_ps(_mm512_insertf64x4::<1>(both, unset));
-            let (zero, eight) = (_mm512_setzero_si512(), _mm512_set1_epi32(8));
-            let mut place = _mm512_mask_mov_epi32(eight, first as u16, zero);
-            let mut columns = [[Self(both); 4]; 2];
-            for column in columns.as_flattened_mut() {
-                *column = Self(_mm512_permutexvar_ps(place, both));
-                place = _mm512_add_epi32(place, _mm512_set1_epi32(1));
-            }
-            columns
+            let [a, b, c, d, e, f, g, h] = spread(both, first);
+            [[a, b, c, d], [e, f, g, h]]
         }
     }
     #[inline(always)]
@@ -402,14 +416,7 @@ impl Vector for Single {
                 _mm_loadu_ps(unset.cast()),
                 _mm_loadu_ps(set.cast()),
             ));
-            let (zero, four) = (_mm512_setzero_si512(), _mm512_set1_epi32(4));
-            let mut place = _mm512_mask_mov_epi32(four, first as u16, zero);
-            let mut columns = [Self(both); 4];
-            for column in &mut columns {
-                *column = Self(_mm512_permutexvar_ps(place, both));
-                place = _mm512_add_epi32(place, _mm512_set1_epi32(1));
-            }
-            columns
+            spread(both, first)
         }
     }
     #[inline(always)]
