@@ -6,6 +6,8 @@ use crate::real::{Arithmetic, Plain, Real};
 
 const SCALE: f64 = 1.0 / 4_294_967_296.0;
 const SQRT_12: f64 = 3.464_101_615_137_754_6;
+/// The same for 0, 1 .. 1023: sqrt(12 / (1024^2 - 1)).
+const SQRT_12_OF_TENTHS: f64 = 3.464_103_266_951_306 / 1024.0;
 
 /// How the random force of a pair is distributed.
 pub trait Variate: Copy + Send + Sync + 'static {
@@ -25,7 +27,7 @@ pub trait Variate: Copy + Send + Sync + 'static {
     /// The first `COUNT` variates of pairs in lanes from the words of their particles ([`blend`]);
     /// where `SIGNED`, those of (a, b) are those of (b, a) with the other sign.
     fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
-        words: &[[u64; N]; 2],
+        words: [&[u32; N]; 2],
         count: usize,
         xi: &mut [[R; N]; 3],
     );
@@ -53,7 +55,7 @@ impl Variate for Silent {
     }
     #[inline(always)]
     fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
-        _: &[[u64; N]; 2],
+        _: [&[u32; N]; 2],
         _: usize,
         _: &mut [[R; N]; 3],
     ) {
@@ -69,7 +71,7 @@ impl Variate for Silent {
 pub struct Gaussian;
 
 #[inline(always)]
-fn sign<R: Real, const SIGNED: bool>(head: u64, other: u64) -> R {
+fn sign<R: Real, const SIGNED: bool>(head: u32, other: u32) -> R {
     R::of(if SIGNED && head > other { -1.0 } else { 1.0 })
 }
 
@@ -129,20 +131,17 @@ impl Variate for Gaussian {
     }
     #[inline(always)]
     fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
-        [head, other]: &[[u64; N]; 2],
+        [head, other]: [&[u32; N]; 2],
         count: usize,
         xi: &mut [[R; N]; 3],
     ) {
         let count = count.min(N);
         let mut words = [[0_u32; N]; 4];
-        for lane in 0..count {
-            let bits = blend(head[lane], other[lane], 0);
-            words[0][lane] = bits as u32;
-            words[1][lane] = (bits >> 32) as u32;
-            if COUNT > 2 {
-                let bits = blend(head[lane], other[lane], 1);
-                words[2][lane] = bits as u32;
-                words[3][lane] = (bits >> 32) as u32;
+        for (turn, words) in words.iter_mut().enumerate() {
+            if turn < 2 || COUNT > 2 {
+                for lane in 0..count {
+                    words[lane] = blend(head[lane], other[lane], turn as u32);
+                }
             }
         }
         // Single precision is good enough, and twice as many lanes. Its rounding would be seen where
@@ -203,17 +202,17 @@ impl Variate for Uniform {
     }
     #[inline(always)]
     fn between<R: Real, const N: usize, const COUNT: usize, const SIGNED: bool>(
-        [head, other]: &[[u64; N]; 2],
+        [head, other]: [&[u32; N]; 2],
         count: usize,
         xi: &mut [[R; N]; 3],
     ) {
         for lane in 0..count.min(N) {
             let (a, b) = (head[lane], other[lane]);
-            let factor = sign::<R, SIGNED>(a, b) * R::of(SQRT_12);
-            // Three times 21 bits.
+            let factor = sign::<R, SIGNED>(a, b) * R::of(SQRT_12_OF_TENTHS);
+            // Three times ten bits.
             let bits = blend(a, b, 0);
             for n in 0..COUNT {
-                xi[n][lane] = R::centred_third(bits >> (1 + 21 * n)) * factor;
+                xi[n][lane] = R::centred_tenth(bits >> (2 + 10 * n)) * factor;
             }
         }
     }
@@ -309,7 +308,7 @@ mod tests {
             words.reverse();
         }
         let mut xi = [[R::ZERO; 64]; 3];
-        V::between::<R, 64, COUNT, true>(&words, 64, &mut xi);
+        V::between::<R, 64, COUNT, true>([&words[0], &words[1]], 64, &mut xi);
         xi
     }
 

@@ -137,10 +137,8 @@ impl Real for f64 {
         (from_integer(word) - 2_147_483_648.0) + 0.5
     }
     #[inline(always)]
-    fn centred_third(word: u64) -> Self {
-        // As the upper bits behind the point of a number between 1 and 2; the difference is exact.
-        f64::from_bits((word << 31 & 0x000f_ffff_8000_0000) | 0x3ff0_0000_0000_0000)
-            - (1.5 - 1.0 / 4_194_304.0)
+    fn centred_tenth(word: u32) -> Self {
+        f64::from((word & 1023) as i32) - 511.5
     }
     #[inline(always)]
     fn unit_interval(word: u64) -> Self {

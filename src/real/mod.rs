@@ -95,8 +95,8 @@ pub trait Real:
     fn expm1_negative<A: Arithmetic>(self) -> Self;
     /// A word below 2^32, less 2^31 and plus 1/2.
     fn centred(word: u64) -> Self;
-    /// The lowest 21 bits of a word plus 1/2, times 2^-21 and less 1/2.
-    fn centred_third(word: u64) -> Self;
+    /// The number of the lowest ten bits of a word, less its mean of 511.5.
+    fn centred_tenth(word: u32) -> Self;
     /// A word below 2^32 plus 1/2, times 2^-32: in (0, 1].
     fn unit_interval(word: u64) -> Self;
     /// A word below 2^32 times 2^-32: in [0, 1].

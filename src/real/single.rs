@@ -109,8 +109,9 @@ impl Real for f32 {
         (word as u32 ^ 0x8000_0000) as i32 as f32 + 0.5
     }
     #[inline(always)]
-    fn centred_third(word: u64) -> Self {
-        f32::from_bits(((word as u32) << 2 & 0x007f_fffc) | 0x3f80_0000) - (1.5 - 1.0 / 4_194_304.0)
+    fn centred_tenth(word: u32) -> Self {
+        // As the upper bits behind the leading one of a number from 1024 on; the difference is exact.
+        f32::from_bits((word << 13 & 0x007f_e000) | 0x4480_0000) - (1_024.0 + 511.5)
     }
     #[inline(always)]
     fn unit_interval(word: u64) -> Self {

@@ -52,7 +52,7 @@ struct Source<'a, R> {
     cell: &'a PeriodicBox,
     states: States<'a, R>,
     /// Words of the particles, where there is noise.
-    word: &'a [u64],
+    word: &'a [u32],
 }
 
 /// Fills the lanes from the list.
@@ -126,7 +126,7 @@ where
             }
             if NOISE {
                 self.noise
-                    .name::<P::Vector<W>>(self.source.word, ends, lane);
+                    .take::<P::Vector<W>>(self.source.word, ends, lane);
             }
         }
     }
@@ -572,7 +572,7 @@ pub fn force_variates<V: Variate>(key: &SweepKey, pairs: &[[u64; 2]]) -> Vec<[f6
     let mut noise = Noise::<3>::new();
     for some in pairs.chunks(super::CHUNK) {
         for (lane, ids) in some.iter().enumerate() {
-            noise.name_pair(lane, ids.map(|id| key.particle_word(id)));
+            noise.take_pair(lane, ids.map(|id| key.particle_word(id)));
         }
         noise.draw::<General, V, 3>(ParticleWords, some.len());
         all.extend((0..some.len()).map(|lane| noise.xi.map(|xi| xi[lane])));

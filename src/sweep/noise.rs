@@ -14,9 +14,10 @@ use crate::real::{Real, ln};
 /// The random numbers of the pairs of a chunk.
 #[repr(align(64))]
 pub(super) struct Noise<const N: usize, R: Real = f64> {
-    /// Ids of heads and partners, after `draw` the counters made of them; or words of particles.
+    /// Ids of heads and partners, after `draw` the counters made of them.
     names: [[u64; ROOM]; 2],
     sign: [R; ROOM],
+    /// Words of pairs; or in the first two those of heads and partners.
     words: [[u32; ROOM]; 4],
     /// Variates.
     pub xi: [[R; ROOM]; N],
@@ -32,16 +33,16 @@ impl<const N: usize, R: Real> Noise<N, R> {
         }
     }
 
-    /// Takes the names of as many pairs as a vector has lanes.
+    /// Takes the words of the particles of as many pairs as a vector has lanes.
     ///
     /// # Safety
     /// `of` has one for every slot, and there are as many lanes from `lane` on.
     #[inline(always)]
-    pub(super) unsafe fn name<V: Vector>(&mut self, of: &[u64], ends: &Ends<'_>, lane: usize) {
+    pub(super) unsafe fn take<V: Vector>(&mut self, of: &[u32], ends: &Ends<'_>, lane: usize) {
         // SAFETY: promised by the caller. Those of partners are written one by one: a register would
         // be put together by as many shuffles.
         unsafe {
-            let to = [0, 1].map(|n: usize| self.names[n].as_mut_ptr().add(lane));
+            let to = [0, 1].map(|n: usize| self.words[n].as_mut_ptr().add(lane));
             let of = |slot: u32| *of.get_unchecked(slot as usize);
             if ends.two {
                 let words = ends.two_heads::<V>().map(of);
@@ -57,10 +58,10 @@ impl<const N: usize, R: Real> Noise<N, R> {
         }
     }
 
-    /// Takes the names of one pair.
-    pub(super) fn name_pair(&mut self, lane: usize, names: [u64; 2]) {
+    /// Takes the words of the particles of one pair.
+    pub(super) fn take_pair(&mut self, lane: usize, words: [u32; 2]) {
         for n in 0..2 {
-            self.names[n][lane] = names[n];
+            self.words[n][lane] = words[n];
         }
     }
 
@@ -146,7 +147,7 @@ impl Origin for &SweepKey {
     }
 }
 
-/// Words of the particles, which are the names; the sign is that of their order.
+/// Words of the particles; the sign is that of their order.
 #[derive(Clone, Copy)]
 pub(super) struct ParticleWords;
 
@@ -157,7 +158,8 @@ impl Origin for ParticleWords {
         noise: &mut Noise<3, R>,
         count: usize,
     ) {
-        V::between::<R, ROOM, COUNT, SIGNED>(&noise.names, count, &mut noise.xi);
+        let [head, other, ..] = &noise.words;
+        V::between::<R, ROOM, COUNT, SIGNED>([head, other], count, &mut noise.xi);
     }
 }
 
@@ -213,7 +215,7 @@ impl<R: Real> Noise<3, R> {
 struct DrawWords<'a> {
     key: &'a SweepKey,
     ids: &'a [u64],
-    words: &'a mut [u64],
+    words: &'a mut [u32],
 }
 
 impl Task for DrawWords<'_> {
@@ -229,9 +231,7 @@ impl Task for DrawWords<'_> {
             }
             let count = ids.len().next_multiple_of(LANES);
             W::philox(&names, self.key.tail, self.key.key, &mut drawn, count);
-            for (lane, word) in words.iter_mut().enumerate() {
-                *word = u64::from(drawn[0][lane]) | u64::from(drawn[1][lane]) << 32;
-            }
+            words.copy_from_slice(&drawn[0][..words.len()]);
         }
     }
 }
@@ -240,8 +240,8 @@ impl Task for DrawWords<'_> {
 pub(super) fn particle_words<'a>(
     key: &SweepKey,
     ids: &[u64],
-    words: &'a mut Vec<u64>,
-) -> &'a [u64] {
+    words: &'a mut Vec<u32>,
+) -> &'a [u32] {
     words.resize(ids.len(), 0);
     let parts = words
         .par_chunks_mut(16 * CHUNK)

@@ -17,7 +17,7 @@ pub struct Copies {
     /// Positions and velocities.
     pub(crate) twice: Vec<Twice<f32>>,
     /// Words of the particles in a sweep that draws the noise of pairs from them.
-    pub(crate) words: Vec<u64>,
+    pub(crate) words: Vec<u32>,
 }
 
 impl Copies {
@@ -37,8 +37,7 @@ impl Copies {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let columns = self.columns.iter().map(Vec::capacity).sum::<usize>();
-        4 * columns
-            + 8 * self.words.capacity()
+        4 * (columns + self.words.capacity())
             + 16 * self.place.capacity()
             + 32 * self.twice.capacity()
     }

@@ -107,13 +107,16 @@ def test_sum_of_the_pairs_of_a_particle(variate: str) -> None:
 
 
 def test_bits_of_uniform_variates() -> None:
-    """Each of the 21 bits is set half of the time, and no two go together."""
+    """Each of the ten bits is set half of the time, and no two go together."""
     x = draw("uniform", 0, 1)
-    assert np.abs(np.abs(x).max() - 3**0.5) < 1e-5
-    fields = np.rint((x / np.sqrt(12.0) + 0.5) * 2.0**21 - 0.5).astype(np.int64)
-    bits = np.concatenate([(fields >> k) & 1 for k in range(21)], axis=1).astype(float) - 0.5
+    steps = x / np.sqrt(12.0 / (1.0 - 2.0**-20)) * 2.0**10 + 511.5
+    fields = np.rint(steps).astype(np.int64)
+    assert np.abs(steps - fields).max() < 1e-9  # 1024 levels, the outermost ones included
+    assert fields.min() == 0
+    assert fields.max() == 1023
+    bits = np.concatenate([(fields >> k) & 1 for k in range(10)], axis=1).astype(float) - 0.5
     z = bits.mean(axis=0) * 2.0 * np.sqrt(N)
     assert np.abs(z).max() < SIGMAS
     cross = 4.0 * (bits.T @ bits) / np.sqrt(N)
     np.fill_diagonal(cross, 0.0)
-    assert np.abs(cross).max() < 5.2  # of 1,953
+    assert np.abs(cross).max() < 5.0  # of 435

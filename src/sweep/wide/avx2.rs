@@ -139,15 +139,36 @@ impl Vector for Avx2 {
         }
     }
     #[inline(always)]
-    unsafe fn store_either(keep: u32, [set, unset]: [u64; 2], to: *mut u64) {
-        // Numbers are moved as they are.
-        let words =
-            Self::splat(f64::from_bits(set)).where_set(keep, Self::splat(f64::from_bits(unset)));
-        unsafe { words.store(to.cast()) }
+    unsafe fn store_either(keep: u32, words: [u32; 2], to: *mut u32) {
+        unsafe { _mm256_storeu_si256(to.cast(), either(keep, words)) }
     }
     #[inline(always)]
     fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
         unsafe { equal(numbers.as_ptr(), number) }
+    }
+}
+
+/// All bits of the lanes whose bits are set.
+#[inline(always)]
+unsafe fn set_lanes(bits: u32) -> __m256i {
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        let places = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        let bits = _mm256_and_si256(_mm256_set1_epi32(bits as i32), places);
+        _mm256_cmpeq_epi32(bits, places)
+    }
+}
+
+/// Eight words, the first of the two where the bits are set.
+#[inline(always)]
+unsafe fn either(keep: u32, [set, unset]: [u32; 2]) -> __m256i {
+    // SAFETY: the machine has the instructions.
+    unsafe {
+        let (set, unset) = (
+            _mm256_set1_epi32(set as i32),
+            _mm256_set1_epi32(unset as i32),
+        );
+        _mm256_blendv_epi8(unset, set, set_lanes(keep))
     }
 }
 
@@ -423,19 +444,15 @@ impl Vector for Single {
     #[inline(always)]
     fn where_set(self, keep: u32, other: Self) -> Self {
         unsafe {
-            let places = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-            let set = |bits: u32| {
-                let bits = _mm256_and_si256(_mm256_set1_epi32(bits as i32), places);
-                _mm256_castsi256_ps(_mm256_cmpeq_epi32(bits, places))
-            };
+            let (low, high) = (set_lanes(keep), set_lanes(keep >> LANES));
             Self(
-                _mm256_blendv_ps(other.0, self.0, set(keep)),
-                _mm256_blendv_ps(other.1, self.1, set(keep >> LANES)),
+                _mm256_blendv_ps(other.0, self.0, _mm256_castsi256_ps(low)),
+                _mm256_blendv_ps(other.1, self.1, _mm256_castsi256_ps(high)),
             )
         }
     }
     #[inline(always)]
-    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64) {
+    unsafe fn store_either(keep: u32, words: [u32; 2], to: *mut u32) {
         unsafe {
             Avx2::store_either(keep, words, to);
             Avx2::store_either(keep >> LANES, words, to.add(LANES));

@@ -82,8 +82,15 @@ impl Vector for Avx512 {
         unsafe { Self(_mm512_mask_mov_pd(other.0, keep as u8, self.0)) }
     }
     #[inline(always)]
-    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64) {
-        unsafe { store_either(keep as u8, words, to) }
+    unsafe fn store_either(keep: u32, [set, unset]: [u32; 2], to: *mut u32) {
+        unsafe {
+            let (set, unset) = (
+                _mm256_set1_epi32(set as i32),
+                _mm256_set1_epi32(unset as i32),
+            );
+            let words = _mm256_mask_mov_epi32(unset, keep as u8, set);
+            _mm256_storeu_si256(to.cast(), words);
+        }
     }
     #[inline(always)]
     unsafe fn of_two([set, unset]: [*const [f64; 4]; 2], first: u32) -> [Self; 4] {
@@ -232,19 +239,6 @@ unsafe fn twos(columns: [Avx512; 4]) -> [__m512d; 4] {
             _mm512_permutex2var_pd(t0, high, u0),
             _mm512_permutex2var_pd(t1, high, u1),
         ]
-    }
-}
-
-/// Eight words, the first of the two where the bits are set.
-#[inline(always)]
-unsafe fn store_either(keep: u8, [set, unset]: [u64; 2], to: *mut u64) {
-    // SAFETY: the machine has the instructions, pointers are the caller's.
-    unsafe {
-        let (set, unset) = (
-            _mm512_set1_epi64(set as i64),
-            _mm512_set1_epi64(unset as i64),
-        );
-        _mm512_storeu_si512(to.cast(), _mm512_mask_mov_epi64(unset, keep, set));
     }
 }
 
@@ -403,10 +397,14 @@ impl Vector for Single {
         unsafe { Self(_mm512_mask_mov_ps(other.0, keep as u16, self.0)) }
     }
     #[inline(always)]
-    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64) {
+    unsafe fn store_either(keep: u32, [set, unset]: [u32; 2], to: *mut u32) {
         unsafe {
-            store_either(keep as u8, words, to);
-            store_either((keep >> LANES) as u8, words, to.add(LANES));
+            let (set, unset) = (
+                _mm512_set1_epi32(set as i32),
+                _mm512_set1_epi32(unset as i32),
+            );
+            let words = _mm512_mask_mov_epi32(unset, keep as u16, set);
+            _mm512_storeu_si512(to.cast(), words);
         }
     }
     #[inline(always)]

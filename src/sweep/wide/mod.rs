@@ -153,7 +153,7 @@ pub trait Vector: Copy {
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64);
+    unsafe fn store_either(keep: u32, words: [u32; 2], to: *mut u32);
     /// The four columns of the first record where the bits are set, of the second one elsewhere.
     ///
     /// # Safety
@@ -472,8 +472,8 @@ mod tests {
             let equal = [7, 9, 8].map(|head| V::equal(&heads, head) & all);
             assert_eq!(equal, [31, all - 31, 0]);
             let mut words = [0; 2 * LANES];
-            V::store_either(0b0101_1010_0110_1001, [3, 1 << 40], words.as_mut_ptr());
-            out.extend(words.map(|word| R::of(word as f64)));
+            V::store_either(0b0101_1010_0110_1001, [3, 1 << 30], words.as_mut_ptr());
+            out.extend(words.map(|word| R::of(word.into())));
         }
         out
     }

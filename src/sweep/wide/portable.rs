@@ -96,7 +96,7 @@ impl<R: Real, const N: usize> Vector for Portable<R, N> {
         Self(std::array::from_fn(|k| lane(k).0[k]))
     }
     #[inline(always)]
-    unsafe fn store_either(keep: u32, words: [u64; 2], to: *mut u64) {
+    unsafe fn store_either(keep: u32, words: [u32; 2], to: *mut u32) {
         for lane in 0..N {
             // SAFETY: promised by the caller.
             unsafe { *to.add(lane) = words[usize::from(keep >> lane & 1 == 0)] };

@@ -23,7 +23,7 @@ STREAMS = {
 
 _LOW32 = np.uint64(0xFFFFFFFF)
 _SHIFT32 = np.uint64(32)
-_LOW21 = np.uint64(2**21 - 1)
+_LOW10 = np.uint64(2**10 - 1)
 
 
 def _low(x: Words) -> Words:
@@ -62,6 +62,16 @@ def fmix64(x: Words) -> Words:
     return x ^ (x >> np.uint64(33))
 
 
+def fmix32(x: Words) -> Words:
+    """The same of 32-bit words."""
+    x = _low(np.array(x, dtype=np.uint64))
+    x ^= x >> np.uint64(16)
+    x = _low(x * np.uint64(0x85EBCA6B))
+    x ^= x >> np.uint64(13)
+    x = _low(x * np.uint64(0xC2B2AE35))
+    return x ^ (x >> np.uint64(16))
+
+
 def pair_counters(stream: str, step: int, draw: int, id_a: Words, id_b: Words) -> Words:
     """Counters (n, 4) of the pairs; symmetric in the two ids."""
     a, b = np.asarray(id_a, dtype=np.uint64), np.asarray(id_b, dtype=np.uint64)
@@ -96,9 +106,8 @@ def pair_words(seed: int, stream: str, step: int, draw: int, id_a: Words, id_b: 
 
 
 def particle_words(seed: int, step: int, ids: Words) -> Words:
-    """The 64-bit words (n,) of particles, from which velocity Verlet makes those of its pairs."""
-    words = pair_words(seed, "pair_force", step, 0, ids, ids)
-    return words[:, 0] | (words[:, 1] << _SHIFT32)
+    """The 32-bit words (n,) of particles, from which velocity Verlet makes those of its pairs."""
+    return pair_words(seed, "pair_force", step, 0, ids, ids)[:, 0]
 
 
 def force_variates(
@@ -106,13 +115,13 @@ def force_variates(
 ) -> Array:
     """Variates (n, dimension) of pairs under velocity Verlet: (a, b) has minus those of (b, a)."""
     a, b = (particle_words(seed, step, np.asarray(ids, np.uint64)) for ids in (id_a, id_b))
-    bits = fmix64(a + b)
+    turns = [_low(np.uint64(turn * 0x9E3779B9)) for turn in range(4)]
+    words = np.stack([fmix32(_low(a + b) ^ turn) for turn in turns], axis=-1)
     if variate == "uniform":
-        thirds = np.stack([(bits >> np.uint64(1 + 21 * n)) & _LOW21 for n in range(3)], axis=-1)
-        xi = np.sqrt(12.0) * ((thirds[:, :dimension].astype(np.float64) + 0.5) * 2.0**-21 - 0.5)
+        tenths = np.stack([(words[:, 0] >> np.uint64(2 + 10 * n)) & _LOW10 for n in range(3)], -1)
+        levels = (tenths[:, :dimension].astype(np.float64) + 0.5) * 2.0**-10 - 0.5
+        xi = levels * np.sqrt(12.0 / (1.0 - 2.0**-20))
     else:
-        more = fmix64((a + b) ^ np.uint64(0x9E3779B97F4A7C15))
-        words = np.stack([_low(bits), _high(bits), _low(more), _high(more)], axis=-1)
         # The core draws normal ones in single precision: from its fractions, in double precision.
         upper = (words >> np.uint64(1)).astype(np.float32)
         half = np.float32(0.5)
