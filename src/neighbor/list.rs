@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::block::{BlockList, REGION_MAX};
-use super::{Grid, Rows};
+use super::{Clusters, Grid, Rows};
 use crate::domain::PeriodicBox;
 use crate::error::Error;
 use crate::state::Particles;
@@ -25,6 +25,8 @@ pub struct PairList {
     pub near: Vec<Rows>,
     /// Are the pairs in `near` those of the present positions?
     pub near_is_known: bool,
+    /// The same pairs four by four with four, where somebody wants them.
+    pub clusters: Clusters,
     /// Some region was too large for 16-bit numbers; the list is then of no use.
     pub overflow: bool,
 }
@@ -40,6 +42,7 @@ impl PairList {
         shuffle: bool,
     ) {
         self.near_is_known = false;
+        self.clusters.known = false;
         self.is_thin = cutoff <= 1.0 + THIN;
         let octets = !self.is_thin;
         // Single precision is good enough to say who may come near; a little more than the cutoff
@@ -78,6 +81,13 @@ impl PairList {
         }
     }
 
+    /// Finds the clusters, unless they are known.
+    pub(crate) fn know_clusters(&mut self, grid: &Grid, position: &[[f64; 4]]) {
+        if !self.clusters.known {
+            self.clusters.build(grid, &self.blocks, position);
+        }
+    }
+
     /// What to tell the user about an overflow.
     pub fn overflow_error(&self) -> Error {
         Error::Invalid(format!(
@@ -99,6 +109,7 @@ impl PairList {
     pub fn bytes(&self) -> usize {
         self.blocks.iter().map(BlockList::bytes).sum::<usize>()
             + self.near.iter().map(Rows::bytes).sum::<usize>()
+            + self.clusters.bytes()
             + 24 * self.reference.capacity()
     }
 }

@@ -2,6 +2,7 @@
 //! of pairs per block.
 
 mod block;
+mod clusters;
 mod grid;
 mod list;
 mod rows;
@@ -9,6 +10,7 @@ mod schedule;
 mod skin;
 
 pub use block::{BlockList, Octet, ROUNDS};
+pub use clusters::{Clusters, FOUR};
 pub use grid::Grid;
 pub use list::PairList;
 pub use rows::Rows;

@@ -120,6 +120,9 @@ pub fn number_densities<K: Kernel, P: Precision, const D: usize>(
     list: &mut PairList,
     cell: &PeriodicBox,
 ) {
+    if P::densities_of_clusters::<K, D>(particles, grid, list, cell) {
+        return;
+    }
     let Particles {
         position,
         density,

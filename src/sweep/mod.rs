@@ -5,6 +5,7 @@
 //! A block is worked through in chunks of pairs: gather into small arrays, compute on all lanes
 //! (this part turns into vector instructions), scatter.
 
+mod clusters;
 mod couples;
 mod density;
 mod exchange;

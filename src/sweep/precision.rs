@@ -2,10 +2,14 @@
 
 use rayon::prelude::*;
 
+use super::clusters::{self, Packed};
 use super::rows::MOST;
 use super::wide::{Turning, Vector, Wide};
 use crate::domain::PeriodicBox;
+use crate::kernel::Kernel;
+use crate::neighbor::{Grid, PairList};
 use crate::real::{ROUNDER, Real};
+use crate::state::Particles;
 
 /// What sweeps read of particles in another form; empty where nobody wants it.
 #[derive(Debug, Default, Clone)]
@@ -16,6 +20,8 @@ pub struct Copies {
     pub(crate) place: Vec<[f32; 4]>,
     /// Positions and velocities.
     pub(crate) twice: Vec<Twice<f32>>,
+    /// The same by cluster.
+    pub(crate) packed: Packed,
     /// Words of the particles in a sweep that draws the noise of pairs from them.
     pub(crate) words: Vec<u32>,
 }
@@ -39,6 +45,7 @@ impl Copies {
         let columns = self.columns.iter().map(Vec::capacity).sum::<usize>();
         4 * (columns + self.words.capacity())
             + 16 * self.place.capacity()
+            + self.packed.bytes()
             + 32 * self.twice.capacity()
     }
 }
@@ -70,12 +77,12 @@ impl<R: Real> States<'_, R> {
 
 /// Positions as fractions of the box in units of 2^-32, less whole turns.
 #[derive(Clone, Copy)]
-struct Turns {
+pub(super) struct Turns {
     scale: [f64; 3],
 }
 
 impl Turns {
-    fn of(cell: &PeriodicBox) -> Self {
+    pub(super) fn of(cell: &PeriodicBox) -> Self {
         Self {
             scale: cell.inverse.map(|inverse| inverse * TURN),
         }
@@ -94,7 +101,7 @@ impl Turns {
 
     /// Bits of an integer: the lowest ones of a sum with a large number.
     #[inline(always)]
-    fn of_axis(&self, axis: usize, x: f64) -> f32 {
+    pub(super) fn of_axis(&self, axis: usize, x: f64) -> f32 {
         f32::from_bits((x * self.scale[axis] + ROUNDER).to_bits() as u32)
     }
 }
@@ -136,6 +143,15 @@ pub trait Precision: Copy + Send + Sync + 'static {
     ) -> States<'a, Self::Real>;
     /// Do `states` lie side by side?
     const TOGETHER: bool;
+    /// Finds the number densities four by four particles, where that is possible.
+    fn densities_of_clusters<K: Kernel, const D: usize>(
+        _: &mut Particles,
+        _: &Grid,
+        _: &mut PairList,
+        _: &PeriodicBox,
+    ) -> bool {
+        false
+    }
 }
 
 /// Double precision throughout.
@@ -241,6 +257,18 @@ impl Precision for Mixed {
         }
     }
     const TOGETHER: bool = true;
+    fn densities_of_clusters<K: Kernel, const D: usize>(
+        particles: &mut Particles,
+        grid: &Grid,
+        list: &mut PairList,
+        cell: &PeriodicBox,
+    ) -> bool {
+        let possible = D == 3 && list.is_thin;
+        if possible {
+            clusters::densities::<K>(particles, grid, list, cell);
+        }
+        possible
+    }
 }
 
 /// 2^32.

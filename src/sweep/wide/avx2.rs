@@ -196,6 +196,22 @@ pub(super) unsafe fn take(record: __m256d, from: *mut [f64; 4], slots: *const u3
     }
 }
 
+/// Adds the lower half of a register, added to the upper one, to four numbers.
+#[inline(always)]
+pub(super) unsafe fn add_halves(both: __m256, to: *mut f64) {
+    // SAFETY: the machine has the instructions, pointers are the caller's.
+    unsafe {
+        let sum = _mm_add_ps(
+            _mm256_castps256_ps128(both),
+            _mm256_extractf128_ps::<1>(both),
+        );
+        _mm256_storeu_pd(
+            to,
+            _mm256_add_pd(_mm256_loadu_pd(to), _mm256_cvtps_pd(sum)),
+        );
+    }
+}
+
 /// The same for four records in single precision, one after the other.
 #[inline(always)]
 pub(super) unsafe fn take_four(records: [__m128; 4], from: *mut [f64; 4], slots: *const u32) {
@@ -469,6 +485,31 @@ impl Vector for Single {
 
 #[allow(clippy::undocumented_unsafe_blocks)]
 impl Turning for Single {
+    #[inline(always)]
+    unsafe fn quad(from: *const f32) -> Self {
+        unsafe {
+            let four = _mm256_broadcast_ps(&*from.cast());
+            Self(four, four)
+        }
+    }
+    #[inline(always)]
+    unsafe fn each(from: *const f32) -> Self {
+        unsafe {
+            let four = _mm256_broadcast_ps(&*from.cast());
+            let (low, high) = (
+                _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1),
+                _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3),
+            );
+            Self(
+                _mm256_permutevar8x32_ps(four, low),
+                _mm256_permutevar8x32_ps(four, high),
+            )
+        }
+    }
+    #[inline(always)]
+    unsafe fn add_quarters(self, to: *mut f64) {
+        unsafe { add_halves(_mm256_add_ps(self.0, self.1), to) }
+    }
     #[inline(always)]
     fn turned_from(self, other: Self) -> Self {
         unsafe {

@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::avx2::{folded, record, take, take_four};
+use super::avx2::{add_halves, folded, record, take, take_four};
 use super::{LANES, Turning, Vector, Wide, slot};
 use crate::random::{MULTIPLIER_0, MULTIPLIER_1, ROUNDS, WEYL_0, WEYL_1};
 use crate::real::Fused;
@@ -431,6 +431,24 @@ impl Vector for Single {
 
 #[allow(clippy::undocumented_unsafe_blocks)]
 impl Turning for Single {
+    #[inline(always)]
+    unsafe fn quad(from: *const f32) -> Self {
+        unsafe { Self(_mm512_broadcast_f32x4(_mm_loadu_ps(from))) }
+    }
+    #[inline(always)]
+    unsafe fn each(from: *const f32) -> Self {
+        unsafe {
+            let places = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+            Self(_mm512_permutexvar_ps(places, Self::quad(from).0))
+        }
+    }
+    #[inline(always)]
+    unsafe fn add_quarters(self, to: *mut f64) {
+        unsafe {
+            let low = _mm512_castps512_ps256(self.0);
+            add_halves(_mm256_add_ps(low, _mm512_extractf32x8_ps::<1>(self.0)), to);
+        }
+    }
     #[inline(always)]
     fn turned_from(self, other: Self) -> Self {
         unsafe {

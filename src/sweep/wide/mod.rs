@@ -194,6 +194,22 @@ pub trait Vector: Copy {
 pub trait Turning: Vector {
     /// The shortest way from the angles `other` to these, as numbers.
     fn turned_from(self, other: Self) -> Self;
+    /// Four numbers, and again, four times.
+    ///
+    /// # Safety
+    /// There are four.
+    unsafe fn quad(from: *const f32) -> Self;
+    /// Each of four numbers four times.
+    ///
+    /// # Safety
+    /// There are four.
+    unsafe fn each(from: *const f32) -> Self;
+    /// Adds to number k of four the sum of lanes k, k + 4, k + 8 and k + 12, which is (k + (k + 8)) +
+    /// ((k + 4) + (k + 12)) in single precision.
+    ///
+    /// # Safety
+    /// There are four.
+    unsafe fn add_quarters(self, to: *mut f64);
 }
 
 /// Instructions, named by their eight numbers in double precision.

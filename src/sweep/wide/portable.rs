@@ -108,7 +108,28 @@ impl<R: Real, const N: usize> Vector for Portable<R, N> {
     }
 }
 
-impl<const N: usize> Turning for Portable<f32, N> {
+impl Turning for Portable<f32, 16> {
+    #[inline(always)]
+    unsafe fn quad(from: *const f32) -> Self {
+        // SAFETY: promised by the caller.
+        let four = unsafe { from.cast::<[f32; 4]>().read() };
+        Self(std::array::from_fn(|k| four[k % 4]))
+    }
+    #[inline(always)]
+    unsafe fn each(from: *const f32) -> Self {
+        // SAFETY: promised by the caller.
+        let four = unsafe { from.cast::<[f32; 4]>().read() };
+        Self(std::array::from_fn(|k| four[k / 4]))
+    }
+    #[inline(always)]
+    unsafe fn add_quarters(self, to: *mut f64) {
+        let x = self.0;
+        for k in 0..4 {
+            let sum = (x[k] + x[k + 8]) + (x[k + 4] + x[k + 12]);
+            // SAFETY: promised by the caller.
+            unsafe { *to.add(k) += f64::from(sum) };
+        }
+    }
     #[inline(always)]
     fn turned_from(self, other: Self) -> Self {
         self.zip(other, |a, b| {
