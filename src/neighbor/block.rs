@@ -53,9 +53,8 @@ pub struct BlockList {
     /// Slot of each place of the region, where there are shuffled pairs.
     pub slots: Vec<u32>,
     region: [Part; 8],
-    /// Of the cell at hand: what its neighbours along each axis add to the index of a cell, from one
-    /// number to another for those along the first axis.
-    spans: [Vec<[usize; 2]>; 3],
+    /// Of the cell at hand: its neighbours along each axis.
+    spans: [Vec<Neighbours>; 3],
     runs: Vec<Run>,
     counts: Vec<u32>,
 }
@@ -77,6 +76,15 @@ impl Part {
     fn place_of(&self, slot: u32) -> u16 {
         (slot - self.start + self.place) as u16
     }
+}
+
+/// Cells beside one along an axis.
+#[derive(Debug, Clone, Copy)]
+struct Neighbours {
+    /// What they add to the index of a cell, from one number to another.
+    shares: [usize; 2],
+    /// The square of the gap between, [h^2], of an only one.
+    gap2: f64,
 }
 
 /// Slots that may hold partners.
@@ -154,7 +162,7 @@ impl BlockList {
     pub(super) fn bytes(&self) -> usize {
         self.rows.bytes()
             + 8 * self.runs.capacity()
-            + 16 * self.spans.iter().map(Vec::capacity).sum::<usize>()
+            + size_of::<Neighbours>() * self.spans.iter().map(Vec::capacity).sum::<usize>()
             + self.octets.capacity()
             + 4 * (self.shuffled.capacity() + self.slots.capacity() + self.counts.capacity())
     }
@@ -202,6 +210,7 @@ impl BlockList {
                 continue;
             };
             let head_block = coordinates(grid.blocks, block);
+            let mut before = None;
             for local in 0..grid.cells_in_block() {
                 let index = block * grid.cells_in_block() + local;
                 let (first, last) = (grid.cell_start[index], grid.cell_start[index + 1]);
@@ -213,7 +222,8 @@ impl BlockList {
                     head_block[1] * inside[1] + local / inside[0] % inside[1],
                     head_block[2] * inside[2] + local / (inside[0] * inside[1]),
                 ];
-                self.collect_runs(grid, at, corner, here, first);
+                self.collect_runs(grid, at, corner, (here, before), first);
+                before = Some(here);
                 for head in first..last {
                     self.scan_row::<W, D>(head, cell, columns, cutoff2);
                 }
@@ -244,17 +254,20 @@ impl BlockList {
     }
 
     /// Slot ranges that may hold partners of the heads in cell `here`, which lies in the block at
-    /// `corner` of the region of the base block `at`.
+    /// `corner` of the region of the base block `at`; the cell `before` had its turn last.
     fn collect_runs(
         &mut self,
         grid: &Grid,
         at: [usize; 3],
         corner: usize,
-        here: [usize; 3],
+        (here, before): ([usize; 3], Option<[usize; 3]>),
         first: u32,
     ) {
         self.runs.clear();
         for (axis, spans) in self.spans.iter_mut().enumerate() {
+            if before.is_some_and(|before| before[axis] == here[axis]) {
+                continue;
+            }
             spans.clear();
             for cell in Span::new(grid, axis, here[axis]).cells() {
                 // A partner's block and the head's must not both lie on the far side of any axis.
@@ -263,17 +276,25 @@ impl BlockList {
                 }
                 let share = grid.share(axis, cell);
                 match spans.last_mut() {
-                    Some([_, end]) if axis == 0 && *end == share => *end += 1,
-                    _ => spans.push([share, share + 1]),
+                    Some(last) if axis == 0 && last.shares[1] == share => last.shares[1] += 1,
+                    _ => spans.push(Neighbours {
+                        shares: [share, share + 1],
+                        gap2: grid.gap(axis, here[axis], cell).powi(2),
+                    }),
                 }
             }
         }
         let [xs, ys, zs] = &self.spans;
-        for &[z, _] in zs {
-            for &[y, _] in ys {
-                for &[x, end] in xs {
-                    let start = grid.cell_start[z + y + x];
-                    let end = grid.cell_start[z + y + end];
+        for z in zs {
+            for y in ys {
+                // Diagonal neighbours are farther away than those along either axis.
+                if y.gap2 + z.gap2 > grid.width * grid.width {
+                    continue;
+                }
+                let column = y.shares[0] + z.shares[0];
+                for x in xs {
+                    let start = grid.cell_start[column + x.shares[0]];
+                    let end = grid.cell_start[column + x.shares[1]];
                     if end <= first || start == end {
                         continue;
                     }

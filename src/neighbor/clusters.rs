@@ -230,7 +230,8 @@ impl Scratch {
                     let Some(next) = parts.next() else { return };
                     part = *next;
                 }
-                rows.slots.push(place - part.cluster_place + part.clusters[0]);
+                rows.slots
+                    .push(place - part.cluster_place + part.clusters[0]);
             }
         }
         if rows.slots.len() > begin {
@@ -243,5 +244,77 @@ impl Part {
     #[inline(always)]
     fn holds(&self, slot: u32) -> bool {
         (self.slots[0]..self.slots[1]).contains(&slot)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::PairList;
+    use super::*;
+    use crate::domain::PeriodicBox;
+    use crate::random::fmix64;
+    use crate::state::Particles;
+
+    /// Every particle is in one cluster, every pair of the list in one row, and no two clusters are
+    /// together in two.
+    fn check(edges: [f64; 3], n: usize, cutoff: f64, drift: f64) {
+        let cell = PeriodicBox::new(&edges, 1.0).unwrap();
+        let mut particles = Particles::new(n, false);
+        let number = |k: usize| (fmix64(k as u64 + 1) >> 11) as f64 / (1_u64 << 53) as f64;
+        for (k, x) in particles.position.iter_mut().enumerate() {
+            for a in 0..3 {
+                x[a] = edges[a] * number(3 * k + a);
+            }
+        }
+        let mut grid = Grid::new(&cell, 3, n, cutoff + drift);
+        grid.renew(&cell, 3, &mut particles);
+        for (k, x) in particles.position.iter_mut().enumerate() {
+            x[0] += 0.5 * drift * (2.0 * number(7 * k) - 1.0);
+        }
+        let mut list = PairList::default();
+        list.build::<3>(&grid, &cell, &mut particles, cutoff, false);
+        list.know_clusters(&grid, &particles.position);
+        let clusters = &list.clusters;
+        let mut seen = vec![0; n];
+        for members in &clusters.members {
+            assert!(members.count >= 1 && members.cells[0] <= members.cells[1]);
+            for &slot in members.present() {
+                seen[slot as usize] += 1;
+            }
+        }
+        assert!(seen.iter().all(|&times| times == 1));
+        let mut found = BTreeSet::new();
+        for rows in &clusters.rows {
+            for (head, others) in rows.iter() {
+                assert!(!others[1..].contains(&head));
+                for &other in others {
+                    assert!(other >= head && found.insert([head, other]));
+                }
+            }
+        }
+        for head in 0..clusters.members.len() as u32 {
+            assert!(found.contains(&[head, head]));
+        }
+        for block in &list.blocks {
+            for (head, others) in block.rows.iter() {
+                for &other in others {
+                    let pair = [head, other].map(|slot| clusters.of_slot[slot as usize]);
+                    assert!(found.contains(&[pair[0].min(pair[1]), pair[0].max(pair[1])]));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn clusters_hold_all_pairs_once() {
+        check([3.5, 3.5, 3.5], 1, 1.02, 0.0);
+        check([2.0, 2.4, 3.5], 150, 1.02, 0.0);
+        check([3.3, 4.4, 5.7], 900, 1.0, 0.08);
+        check([9.0, 3.4, 2.0], 1000, 1.02, 0.08);
+        // Crowded cells, whose clusters share them; then hardly any particles.
+        check([3.5, 3.5, 3.5], 4000, 1.02, 0.05);
+        check([8.0, 8.0, 8.0], 40, 1.02, 0.05);
     }
 }

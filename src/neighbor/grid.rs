@@ -28,6 +28,8 @@ pub struct Grid {
     pub cell_start: Vec<u32>,
     /// Positions at the last renewal, in slot order.
     pub reference: Vec<[f64; 3]>,
+    /// Support and margin [h]: no particle has a partner in a cell that is farther away from its own.
+    pub(super) width: f64,
     /// What each coordinate of a cell adds to its index.
     shares: [Vec<usize>; 3],
     inverse_cell: [f64; 3],
@@ -124,6 +126,7 @@ impl Grid {
             schedule,
             cell_start: vec![0; n_cells + 1],
             reference: vec![[0.0; 3]; n],
+            width,
             shares,
             inverse_cell,
             cell_of_row: vec![0; n],
@@ -162,6 +165,14 @@ impl Grid {
     #[inline]
     pub fn share(&self, axis: usize, at: usize) -> usize {
         self.shares[axis][at]
+    }
+
+    /// What is between two cells along an axis, the shorter way [h].
+    pub(super) fn gap(&self, axis: usize, first: usize, second: usize) -> f64 {
+        let cells = self.blocks[axis] * self.cells_per_block[axis];
+        let apart = first.abs_diff(second);
+        let between = apart.min(cells - apart).saturating_sub(1);
+        between as f64 / self.inverse_cell[axis]
     }
 
     /// Slots of a block.

@@ -10,7 +10,7 @@ mod schedule;
 mod skin;
 
 pub use block::{BlockList, Octet, ROUNDS};
-pub use clusters::{Clusters, FOUR};
+pub use clusters::{Clusters, FOUR, Members};
 pub use grid::Grid;
 pub use list::PairList;
 pub use rows::Rows;

@@ -1,11 +1,7 @@
-//! Sweeps in single precision over clusters: all pairs of four particles with four others in one vector.
-//! Nothing is gathered pair by pair. Pairs beyond the support come to nothing by themselves; so do those
-//! that are none (a particle with itself, one with no particle, the same pair once more), which are set
-//! apart as if far away.
-//!
-//! Forces are rounded to whole multiples of a quantum, a power of two that follows from the largest force
-//! that two particles could have. Sums of them are exact whatever their order, and what one particle
-//! gets, others lose to the last bit.
+//! Number densities in single precision over clusters: all pairs of four particles with four others in one
+//! vector, none gathered by itself. Pairs beyond the support come to nothing by themselves; so do those that
+//! are none (a particle with itself, one with no particle, the same pair once more), which are set apart
+//! as if far away.
 
 use std::marker::PhantomData;
 
@@ -18,7 +14,7 @@ use super::wide::{Turning, Vector};
 use super::{CHUNK, Shared, Task, Walk, Wide, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{Clusters, FOUR, Grid, PairList, Rows};
+use crate::neighbor::{Clusters, FOUR, Grid, Members, PairList, Rows};
 use crate::state::Particles;
 
 /// Lanes of a pair of clusters.
@@ -57,19 +53,49 @@ impl Packed {
     /// Takes the positions.
     fn take_places(&mut self, clusters: &Clusters, position: &[[f64; 4]], cell: &PeriodicBox) {
         let turns = Turns::of(cell);
-        self.place
-            .resize(clusters.members.len(), Fours::default());
-        let all = self.place.par_iter_mut().zip(&clusters.members);
-        all.with_min_len(512).for_each(|(place, members)| {
-            for (lane, &slot) in members.slots.iter().enumerate() {
-                let x = &position[slot as usize];
-                for a in 0..3 {
-                    place.0[a][lane] = turns.of_axis(a, x[a]);
-                }
+        self.place.resize(clusters.members.len(), Fours::default());
+        let places = self.place.par_chunks_mut(CHUNK);
+        let all = places.zip(clusters.members.par_chunks(CHUNK));
+        all.for_each(|(places, members)| {
+            run_wide(Place {
+                places,
+                members,
+                position,
+                turns,
+            });
+        });
+    }
+}
+
+/// Takes positions to where clusters have them.
+struct Place<'a> {
+    places: &'a mut [Fours],
+    members: &'a [Members],
+    position: &'a [[f64; 4]],
+    turns: Turns,
+}
+
+impl Task for Place<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        for (place, members) in self.places.iter_mut().zip(self.members) {
+            let mut records = [[0.0; FOUR]; FOUR];
+            for (record, &slot) in records.iter_mut().zip(&members.slots) {
+                // SAFETY: slots of particles.
+                *record = self
+                    .turns
+                    .of_record(unsafe { self.position.get_unchecked(slot as usize) });
+            }
+            for (lane, [x, y, z, _]) in records.into_iter().enumerate() {
+                place.0[0][lane] = x;
+                place.0[1][lane] = y;
+                place.0[2][lane] = z;
                 let there = lane < members.count as usize;
                 place.0[3][lane] = if there { 0.0 } else { FAR };
             }
-        });
+        }
     }
 }
 
@@ -231,22 +257,26 @@ pub(super) fn densities<K: Kernel>(
     let clusters = &list.clusters;
     let packed = &mut copies.packed;
     packed.take_places(clusters, position, cell);
-    packed
-        .density
-        .resize(clusters.members.len(), [0.0; FOUR]);
+    packed.density.resize(clusters.members.len(), [0.0; FOUR]);
     packed.density.fill([K::w::<f64, 3>(0.0); FOUR]);
     let sums = Shared::new(&mut packed.density);
     let place = &packed.place[..];
-    for_each_block_with(grid, &list.blocks, false, DensityLanes::new, |lanes, turn| {
-        run_wide(DensityTask::<K> {
-            rows: &clusters.rows[turn.number as usize],
-            cell,
-            place,
-            density: sums,
-            lanes,
-            kernel: PhantomData,
-        });
-    });
+    for_each_block_with(
+        grid,
+        &list.blocks,
+        false,
+        DensityLanes::new,
+        |lanes, turn| {
+            run_wide(DensityTask::<K> {
+                rows: &clusters.rows[turn.number as usize],
+                cell,
+                place,
+                density: sums,
+                lanes,
+                kernel: PhantomData,
+            });
+        },
+    );
     let density = Shared::new(density);
     let all = clusters.members.par_iter().zip(&packed.density);
     all.with_min_len(512).for_each(|(members, sums)| {

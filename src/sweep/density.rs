@@ -106,6 +106,13 @@ pub(super) fn weigh<K: Kernel, R: Real, W: Wide, const D: usize, const N: usize>
     inverse_r: &mut [R; N],
     count: usize,
 ) {
+    if R::NARROW {
+        // No more than a root is needed, and it takes half as long as an inverse one.
+        for x in &mut lanes[..count] {
+            *x = K::w::<_, D>(x.sqrt());
+        }
+        return;
+    }
     near_inverse_roots(lanes, inverse_r, count);
     for (x, &near) in lanes[..count].iter_mut().zip(&*inverse_r) {
         let [q, _] = x.distance_from::<W::Arithmetic>(near);
@@ -200,14 +207,45 @@ pub(super) fn know_near<K: Kernel, P: Precision, const D: usize>(
 pub fn site_pressures(particles: &mut Particles, pressure: impl Fn(f64) -> f64 + Sync) {
     particles
         .position
-        .par_iter_mut()
-        .zip(particles.velocity.par_iter_mut())
-        .zip(particles.density.par_iter())
-        .with_min_len(512)
-        .for_each(|((position, velocity), &d)| {
-            position[3] = 1.0 / d.sqrt();
-            velocity[3] = pressure(d) / (d * d);
+        .par_chunks_mut(GRAIN)
+        .zip(particles.velocity.par_chunks_mut(GRAIN))
+        .zip(particles.density.par_chunks(GRAIN))
+        .for_each(|((position, velocity), density)| {
+            let mut scalars = [[0.0; GRAIN]; 2];
+            for (k, &d) in density.iter().enumerate() {
+                scalars[1][k] = pressure(d);
+            }
+            run_wide(Scale {
+                density,
+                scalars: &mut scalars,
+            });
+            for (k, (position, velocity)) in position.iter_mut().zip(velocity).enumerate() {
+                position[3] = scalars[0][k];
+                velocity[3] = scalars[1][k];
+            }
         });
+}
+
+/// Particles at a time.
+const GRAIN: usize = 512;
+
+/// From densities and pressures to s and P/d^2.
+struct Scale<'a> {
+    density: &'a [f64],
+    scalars: &'a mut [[f64; GRAIN]; 2],
+}
+
+impl Task for Scale<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<W: Wide>(self) {
+        let [size, pressure] = self.scalars;
+        for (k, &d) in self.density.iter().enumerate().take(GRAIN) {
+            size[k] = 1.0 / d.sqrt();
+            pressure[k] /= d * d;
+        }
+    }
 }
 
 #[cfg(test)]

@@ -90,7 +90,7 @@ impl Turns {
 
     /// The same of a record, and what else it carries.
     #[inline(always)]
-    fn of_record(&self, &[x, y, z, s]: &[f64; 4]) -> [f32; 4] {
+    pub(super) fn of_record(&self, &[x, y, z, s]: &[f64; 4]) -> [f32; 4] {
         [
             self.of_axis(0, x),
             self.of_axis(1, y),

@@ -65,7 +65,12 @@ impl<P: Precision, W: Wide> Wrap<P, W> {
     }
 
     #[inline(always)]
-    pub(super) fn along(&self, axis: usize, first: P::Vector<W>, second: P::Vector<W>) -> P::Vector<W> {
+    pub(super) fn along(
+        &self,
+        axis: usize,
+        first: P::Vector<W>,
+        second: P::Vector<W>,
+    ) -> P::Vector<W> {
         let (edge, inverse) = (self.edges[axis], self.inverse[axis]);
         P::separation::<W>(first, second, edge, inverse, self.rounder)
     }

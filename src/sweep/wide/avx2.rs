@@ -205,10 +205,7 @@ pub(super) unsafe fn add_halves(both: __m256, to: *mut f64) {
             _mm256_castps256_ps128(both),
             _mm256_extractf128_ps::<1>(both),
         );
-        _mm256_storeu_pd(
-            to,
-            _mm256_add_pd(_mm256_loadu_pd(to), _mm256_cvtps_pd(sum)),
-        );
+        _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), _mm256_cvtps_pd(sum)));
     }
 }
 
