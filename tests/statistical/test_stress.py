@@ -28,7 +28,7 @@ FAULT = 0.05
 @functools.cache
 def random_moments(dimension: int, friction: str) -> tuple[np.ndarray, np.ndarray]:
     """Random moment over each step of Verlet, and its variance from the positions."""
-    steps = 1000 if dimension == 2 else 400
+    steps = 1000 if dimension == 2 else 600
     system = problem(dimension, friction=friction, viscosity=10.0, dt=0.001)
     sim = core(system, "velocity_verlet", iterations=0)
     stress = sim.attach_stress(1)
