@@ -122,7 +122,7 @@ pub(crate) fn fetch<T>(turn: &Turn<'_>, array: *const T, length: usize) {
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (turn, array);
+    let _ = (turn.next, array);
 }
 
 /// Calls `work` for every block and its number, colour by colour; in parallel where the pool has
