@@ -7,9 +7,9 @@ use std::marker::PhantomData;
 
 use rayon::prelude::*;
 
-use super::density::weigh;
+use super::density::weigh_by_roots;
 use super::precision::{Mixed, Turns};
-use super::rows::{ROOM, Wrap};
+use super::rows::Wrap;
 use super::wide::{Turning, Vector};
 use super::{CHUNK, Shared, Task, Walk, Wide, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
@@ -141,17 +141,17 @@ impl<V: Turning<Number = f32>> Head<V> {
         }
     }
 
-    /// From the particles of another cluster to those of this one, and the squares.
+    /// Square distances of the particles of another cluster from those of this one.
     ///
     /// # Safety
     /// The machine has the instructions.
     #[inline(always)]
-    unsafe fn from<W: Wide<Single = V>>(
+    unsafe fn squares<W: Wide<Single = V>>(
         &self,
         wrap: &Wrap<Mixed, W>,
         number: u32,
         place: &Fours,
-    ) -> ([V; 3], V) {
+    ) -> V {
         let own = &APART.0[usize::from(number == self.number)];
         // SAFETY: promised by the caller.
         unsafe {
@@ -160,8 +160,8 @@ impl<V: Turning<Number = f32>> Head<V> {
             let z = wrap.along(2, self.place[2], V::quad(place.of(2)));
             let apart = self.apart.plus(V::quad(place.of(3)));
             let apart = apart.plus(V::load(own.as_ptr()));
-            let square = apart.plus_product(x, x).plus_product(y, y);
-            ([x, y, z], square.plus_product(z, z))
+            let plane = apart.plus_product(x, x).plus_product(y, y);
+            plane.plus_product(z, z)
         }
     }
 }
@@ -178,26 +178,14 @@ struct DensityTask<'a, K> {
 
 /// Square distances of the pairs of a chunk, then their weights.
 #[repr(align(64))]
-struct DensityLanes {
-    weights: [f32; ROOM],
-    inverse_r: [f32; ROOM],
-}
-
-impl DensityLanes {
-    fn new() -> Self {
-        Self {
-            weights: [0.0; ROOM],
-            inverse_r: [0.0; ROOM],
-        }
-    }
-}
+struct DensityLanes([f32; CHUNK]);
 
 impl<K: Kernel> Task for DensityTask<'_, K> {
     type Output = ();
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let DensityLanes { weights, inverse_r } = self.lanes;
+        let DensityLanes(weights) = self.lanes;
         let wrap = Wrap::<Mixed, W>::new(self.cell);
         let mut walk = Walk::default();
         while !walk.at_end(&self.rows.ends) {
@@ -210,13 +198,13 @@ impl<K: Kernel> Task for DensityTask<'_, K> {
                     let head = Head::<W::Single>::new(head, place);
                     for &other in self.rows.slots.get_unchecked(entries) {
                         let place = self.place.get_unchecked(other as usize);
-                        let (_, square) = head.from::<W>(&wrap, other, place);
+                        let square = head.squares::<W>(&wrap, other, place);
                         square.store(weights.as_mut_ptr().add(count));
                         count += LANES;
                     }
                 }
             }
-            weigh::<K, f32, W, 3, ROOM>(weights, inverse_r, count);
+            weigh_by_roots::<K, f32, 3>(&mut weights[..count.min(CHUNK)]);
             let (mut walk, mut lane) = (begin, 0);
             while let Some((head, entries)) = walk.next_row(&self.rows.ends, stop) {
                 let mut sum = W::Single::splat(0.0);
@@ -265,7 +253,7 @@ pub(super) fn densities<K: Kernel>(
         grid,
         &list.blocks,
         false,
-        DensityLanes::new,
+        || DensityLanes([0.0; CHUNK]),
         |lanes, turn| {
             run_wide(DensityTask::<K> {
                 rows: &clusters.rows[turn.number as usize],

@@ -107,16 +107,21 @@ pub(super) fn weigh<K: Kernel, R: Real, W: Wide, const D: usize, const N: usize>
     count: usize,
 ) {
     if R::NARROW {
-        // No more than a root is needed, and it takes half as long as an inverse one.
-        for x in &mut lanes[..count] {
-            *x = K::w::<_, D>(x.sqrt());
-        }
+        weigh_by_roots::<K, R, D>(&mut lanes[..count]);
         return;
     }
     near_inverse_roots(lanes, inverse_r, count);
     for (x, &near) in lanes[..count].iter_mut().zip(&*inverse_r) {
         let [q, _] = x.distance_from::<W::Arithmetic>(near);
         *x = K::w::<_, D>(q);
+    }
+}
+
+/// The same in single precision: no more than a root is needed, and it takes half as long as an inverse one.
+#[inline(always)]
+pub(super) fn weigh_by_roots<K: Kernel, R: Real, const D: usize>(lanes: &mut [R]) {
+    for x in lanes {
+        *x = K::w::<_, D>(x.sqrt());
     }
 }
 

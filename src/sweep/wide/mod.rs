@@ -521,6 +521,22 @@ mod tests {
             // SAFETY: sixteen lanes.
             unsafe { here.turned_from(there).store(turns.as_mut_ptr()) };
             assert_eq!(turns, [12.0; 16]);
+            let four = [0.1_f32, 2.0, 30.0, 4e-3];
+            let (mut quad, mut each) = ([0.0_f32; 16], [0.0_f32; 16]);
+            let mut sums = [7.0, 8.0, 9.0, 10.0];
+            // SAFETY: four numbers, sixteen lanes.
+            unsafe {
+                W::Single::quad(four.as_ptr()).store(quad.as_mut_ptr());
+                let column = W::Single::each(four.as_ptr());
+                column.store(each.as_mut_ptr());
+                column.add_quarters(sums.as_mut_ptr());
+            }
+            for lane in 0..16 {
+                assert_eq!([quad[lane], each[lane]], [four[lane % 4], four[lane / 4]]);
+            }
+            let sum = (four[0] + four[2]) + (four[1] + four[3]);
+            let all = [7.0, 8.0, 9.0, 10.0].map(|first: f64| first + f64::from(sum));
+            assert_eq!(sums, all);
             let narrow: [f32; LANES] = std::array::from_fn(|k| 1.0 / (k as f32 + 3.0));
             // SAFETY: eight numbers.
             let wide = unsafe { W::widened(narrow.as_ptr()) };
