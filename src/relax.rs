@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use crate::domain::PeriodicBox;
 use crate::error::Result;
 use crate::kernel::WendlandC2;
-use crate::neighbor::{Grid, PairList};
+use crate::neighbor::{Grid, PairList, THIN};
 use crate::physics::{Frictionless, PairFriction};
 use crate::random::{Sequence, Silent, Stream, SweepKey};
 use crate::state::Particles;
@@ -71,7 +71,7 @@ pub fn relax<const D: usize>(
     for iteration in slice {
         if stale {
             grid.renew(cell, D, &mut particles);
-            list.build::<D>(&grid, cell, &mut particles, 1.0 + skin, false);
+            list.build::<D>(&grid, cell, &mut particles, (1.0 + skin, THIN), false);
             if list.overflow {
                 return Err(list.overflow_error());
             }
@@ -129,7 +129,7 @@ pub fn relax<const D: usize>(
         }
     }
     grid.renew(cell, D, &mut particles);
-    list.build::<D>(&grid, cell, &mut particles, 1.0, false);
+    list.build::<D>(&grid, cell, &mut particles, (1.0, THIN), false);
     walls.rebuild::<D>(&particles, &grid, &list, cell, 0.0);
     number_densities::<WendlandC2, Double, D>(&mut particles, &grid, &mut list, cell);
     wall_densities::<WendlandC2, D>(&mut particles, walls, &grid, cell);

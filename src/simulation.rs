@@ -707,9 +707,9 @@ impl Engine {
                 .reference
                 .extend(positions.map(|p| [p[0], p[1], p[2]]));
         }
-        let cutoff = 1.0 + self.skin;
+        let skins = (1.0 + self.skin, self.integrator.thin());
         self.list
-            .build::<D>(&self.grid, &self.cell, &mut self.particles, cutoff, shuffle);
+            .build::<D>(&self.grid, &self.cell, &mut self.particles, skins, shuffle);
         if self.list.overflow {
             return Err(self.list.overflow_error());
         }

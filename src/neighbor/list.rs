@@ -8,8 +8,8 @@ use crate::domain::PeriodicBox;
 use crate::error::Error;
 use crate::state::Particles;
 
-/// Up to this skin [h] all pairs are worked on, those in the skin included.
-const THIN: f64 = 0.035;
+/// Up to this skin [h] all pairs are worked on, those in the skin included, unless somebody knows better.
+pub const THIN: f64 = 0.035;
 
 /// All pairs closer than the support plus the skin.
 #[derive(Debug, Default, Clone)]
@@ -32,18 +32,18 @@ pub struct PairList {
 }
 
 impl PairList {
-    /// Builds the lists from the particles' present positions.
+    /// Builds the lists from the particles' present positions; skins up to `thin` [h] are thin.
     pub fn build<const D: usize>(
         &mut self,
         grid: &Grid,
         cell: &PeriodicBox,
         particles: &mut Particles,
-        cutoff: f64,
+        (cutoff, thin): (f64, f64),
         shuffle: bool,
     ) {
         self.near_is_known = false;
         self.clusters.known = false;
-        self.is_thin = cutoff <= 1.0 + THIN;
+        self.is_thin = cutoff <= 1.0 + thin;
         let octets = !self.is_thin;
         // Single precision is good enough to say who may come near; a little more than the cutoff
         // makes up for its rounding, and that of positions as fractions of the box.
@@ -135,7 +135,7 @@ mod tests {
         let mut grid = Grid::new(&cell, D, n, cutoff);
         grid.renew(&cell, D, &mut particles);
         let mut list = PairList::default();
-        list.build::<D>(&grid, &cell, &mut particles, cutoff, true);
+        list.build::<D>(&grid, &cell, &mut particles, (cutoff, THIN), true);
         let mut found = BTreeSet::new();
         for block in &list.blocks {
             for (head, others) in block.rows.iter() {
@@ -178,7 +178,7 @@ mod tests {
         let mut grid = Grid::new(&cell, 2, n, 1.2);
         grid.renew(&cell, 2, &mut particles);
         let mut list = PairList::default();
-        list.build::<2>(&grid, &cell, &mut particles, 1.2, false);
+        list.build::<2>(&grid, &cell, &mut particles, (1.2, THIN), false);
         assert_eq!(list.len(), n / 2);
     }
 

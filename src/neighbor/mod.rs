@@ -12,7 +12,7 @@ mod skin;
 pub use block::{BlockList, Octet, ROUNDS};
 pub use clusters::{Clusters, FOUR, Members};
 pub use grid::Grid;
-pub use list::PairList;
+pub use list::{PairList, THIN};
 pub use rows::Rows;
 pub use schedule::Schedule;
 pub use skin::{SkinModel, automatic_skin};

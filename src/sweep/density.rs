@@ -275,7 +275,7 @@ mod tests {
         let mut grid = Grid::new(&cell, 3, n, cutoff);
         grid.renew(&cell, 3, &mut particles);
         let mut list = PairList::default();
-        list.build::<3>(&grid, &cell, &mut particles, cutoff, false);
+        list.build::<3>(&grid, &cell, &mut particles, (cutoff, P::thin(3)), false);
         number_densities::<Lucy, P, 3>(&mut particles, &grid, &mut list, &cell);
         let longest = |ends: &[[u32; 2]]| {
             let begins = std::iter::once(0).chain(ends.iter().map(|row| row[1]));
@@ -284,7 +284,7 @@ mod tests {
                 .map(|(row, begin)| row[1] - begin)
                 .max()
         };
-        assert_eq!(list.is_thin, cutoff < 1.05);
+        assert_eq!(list.is_thin, cutoff < 1.0 + P::thin(3));
         let rows = || (0..list.blocks.len() as u32).map(|block| list.present(block));
         let row = rows().filter_map(|rows| longest(&rows.ends)).max();
         assert_eq!(row.unwrap_or(0) as usize > BATCH, n > 2 * BATCH);
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn rows_longer_than_a_batch_and_shorter_ones_give_direct_sums() {
-        for cutoff in [1.03, 1.1] {
+        for cutoff in [1.03, 1.07, 1.1] {
             check::<Double>(2500, 0.49, cutoff, 1e-13);
             check::<Double>(1500, 1.4, cutoff, 1e-13);
             check::<Double>(1, 0.3, cutoff, 1e-13);
