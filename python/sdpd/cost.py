@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from sdpd import timestep
+from sdpd import timestep, validation
 from sdpd.box import AXES
 from sdpd.integrators import Integrator, of_scene
 from sdpd.timestep import ExpectedErrors, TimeStepBound
@@ -20,7 +20,7 @@ __all__ = ["COEFFICIENTS", "Coefficients", "Cost", "cost", "margin", "pairs_per_
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Measured constants of the estimate, of one core of an ordinary machine.
+    """Measured constants of the estimate, of one core of a server of 2024 with AVX-512.
 
     Attributes
     ----------
@@ -38,32 +38,41 @@ class Coefficients:
 
 
 COEFFICIENTS = {
-    "velocity_verlet": Coefficients(345.0, 8.4, {"gaussian": 8.5e7, "uniform": 1.0e8}),
-    "pair_splitting": Coefficients(340.0, 12.6, {"gaussian": 2.0e7}),
+    "velocity_verlet": {
+        "double": Coefficients(345.0, 8.4, {"gaussian": 1.3e8, "uniform": 1.6e8}),
+        "mixed": Coefficients(390.0, 8.4, {"gaussian": 1.8e8, "uniform": 2.4e8}),
+    },
+    "pair_splitting": {
+        "double": Coefficients(340.0, 12.6, {"gaussian": 3.1e7}),
+        "mixed": Coefficients(385.0, 12.6, {"gaussian": 4.0e7}),
+    },
 }
 # What one more sweep in each half step of the splitting takes of a step with one.
 SWEEP_SHARE = 0.7
 # Up to this margin [support] the core works on all listed pairs and keeps no second list of those
-# within the support (src/neighbor/list.rs), which takes so much of a listed pair.
-THIN = 0.035
+# within the support (src/neighbor/list.rs), which takes so much of a listed pair. In space, mixed
+# precision then has clusters of particles (src/sweep/precision.rs), which take so much.
+THIN = {"double": 0.035, "mixed": 0.08}
 BYTES_OF_NEAR_PAIRS = 4.4
+BYTES_OF_CLUSTERS = 118.0
+BYTES_OF_CLUSTERED_PAIRS = 1.0
 # Verlet keeps the friction apart from the other forces to evaluate it again.
 BYTES_FOR_ITERATIONS = 64.0
 # A step with energies over one without, with constant and with variable coefficients
 # (docs/theory/energy), and what they take of a particle: four fields, three arrays of the user, two
 # sums, and the second force array that lends its memory; what Verlet carries over the drift.
 ENERGY = {
-    "pair_splitting": {"gaussian": (1.8, 3.5)},
-    "velocity_verlet": {"gaussian": (5.7, 11.9), "uniform": (4.6, 9.6)},
+    "pair_splitting": {"gaussian": (1.9, 5.4)},
+    "velocity_verlet": {"gaussian": (4.9, 12.6), "uniform": (5.0, 14.7)},
 }
 BYTES_FOR_ENERGY = {"pair_splitting": 136.0, "velocity_verlet": 168.0}
 
 
-def _coefficients(scene: Scene, integrator: Integrator) -> Coefficients:
+def _coefficients(scene: Scene, integrator: Integrator, precision: str) -> Coefficients:
     """Without friction the splitting has nothing to exchange: it keeps one list, as Verlet does."""
     active = scene.active_effects
     name = integrator.name if active.dissipation or active.conduction else "velocity_verlet"
-    found = COEFFICIENTS[name]
+    found = COEFFICIENTS[name][precision]
     if not active.energy and integrator.sweeps == 1:
         return found
     if not active.energy:
@@ -82,9 +91,9 @@ def _coefficients(scene: Scene, integrator: Integrator) -> Coefficients:
     )
 
 
-def pairs_per_second(scene: Scene, integrator: Integrator) -> float:
+def pairs_per_second(scene: Scene, integrator: Integrator, precision: str = "double") -> float:
     """Pairs that a step works off per second of one core, an estimate [1/s]."""
-    rates = _coefficients(scene, integrator).pairs_per_second
+    rates = _coefficients(scene, integrator, precision).pairs_per_second
     noisy = scene.active_effects.fluctuations
     return rates[integrator.noise] if noisy else max(rates.values())
 
@@ -147,6 +156,8 @@ class Cost:
     n_particles : int
     pairs_per_particle : float
     integrator : str
+    precision : {"double", "mixed"}
+        Of what happens between two particles.
     dt : float
         The time step ``dt="auto"`` picks [time].
     bound : TimeStepBound
@@ -169,6 +180,7 @@ class Cost:
     n_particles: int
     pairs_per_particle: float
     integrator: str
+    precision: str
     dt: float
     bound: TimeStepBound
     bounds: tuple[TimeStepBound, ...]
@@ -181,6 +193,7 @@ class Cost:
     def __str__(self) -> str:
         rows = [
             ["  integrator", self.integrator],
+            ["  precision", self.precision],
             ["  particles", f"{self.n_particles}, {self.pairs_per_particle:.1f} pairs each"],
             ["  memory", _bytes(self.memory) + " (estimate)"],
             ["  time step", f"{quantity(self.dt, 's', si=self.si)}, set by {self.bound.name}"],
@@ -208,23 +221,26 @@ def _bytes(number: float) -> str:
     return f"{number:.3g} TB"
 
 
-def cost(scene: Scene, integrator: Integrator | str | None = None, **accuracy: Any) -> Cost:
+def cost(
+    scene: Scene,
+    integrator: Integrator | str | None = None,
+    precision: str | None = None,
+    **accuracy: Any,
+) -> Cost:
     """The cost of a scene; `accuracy` are the options of `timestep.bounds`."""
-    chosen = of_scene(scene, integrator)
+    chosen, active = of_scene(scene, integrator), scene.active_effects
+    asked = "double" if precision is None else precision
+    kind = validation.precision(asked, energy=active.energy)
     bounds = timestep.bounds(scene, chosen, **accuracy)
     dt, number, pairs = bounds[0].value, scene.n_particles, scene.pairs_per_particle
-    skin = margin(scene, dt, chosen) / scene.support_radius
-    listed = pairs * (1.0 + skin) ** scene.dimension
-    coefficients = _coefficients(scene, chosen)
-    bytes_of_pair = coefficients.bytes_per_listed_pair - BYTES_OF_NEAR_PAIRS * (skin <= THIN)
-    memory = coefficients.bytes_per_particle + bytes_of_pair * listed
-    memory += BYTES_FOR_ITERATIONS * (chosen.iterations > 0)
-    seconds = number * pairs / pairs_per_second(scene, chosen)
+    memory = _bytes_per_particle(scene, chosen, kind, margin(scene, dt, chosen))
+    seconds = number * pairs / pairs_per_second(scene, chosen, kind)
     return Cost(
         memory=number * memory,
         n_particles=number,
         pairs_per_particle=pairs,
         integrator=chosen.title,
+        precision=kind,
         dt=dt,
         bound=bounds[0],
         bounds=tuple(bounds),
@@ -234,3 +250,20 @@ def cost(scene: Scene, integrator: Integrator | str | None = None, **accuracy: A
         errors=timestep.expected_errors(scene, dt, chosen),
         si=scene.fluid.is_si,
     )
+
+
+def _bytes_per_particle(
+    scene: Scene, integrator: Integrator, precision: str, margin: float
+) -> float:
+    """State and lists."""
+    d, skin = scene.dimension, margin / scene.support_radius
+    listed = scene.pairs_per_particle * (1.0 + skin) ** d
+    coefficients = _coefficients(scene, integrator, precision)
+    found = coefficients.bytes_per_particle + coefficients.bytes_per_listed_pair * listed
+    # in a plane there are no clusters, and lists are those of double precision
+    clustered = precision == "mixed" and d == 3
+    if skin <= THIN[precision if clustered else "double"]:
+        found -= BYTES_OF_NEAR_PAIRS * listed
+        if clustered:
+            found += BYTES_OF_CLUSTERS + BYTES_OF_CLUSTERED_PAIRS * listed
+    return found + BYTES_FOR_ITERATIONS * (integrator.iterations > 0)

@@ -530,12 +530,22 @@ class Scene(SceneQuantities):
 
     @overload
     def cost(
-        self, integrator: Integrator | str | None = None, *, error: None = None, **accuracy: Any
+        self,
+        integrator: Integrator | str | None = None,
+        *,
+        error: None = None,
+        precision: str | None = None,
+        **accuracy: Any,
     ) -> Cost: ...
 
     @overload
     def cost(
-        self, integrator: Integrator | str | None = None, *, error: float, **accuracy: Any
+        self,
+        integrator: Integrator | str | None = None,
+        *,
+        error: float,
+        precision: str | None = None,
+        **accuracy: Any,
     ) -> AccuracyCost: ...
 
     def cost(
@@ -543,6 +553,7 @@ class Scene(SceneQuantities):
         integrator: Integrator | str | None = None,
         *,
         error: float | None = None,
+        precision: str | None = None,
         **accuracy: Any,
     ) -> Cost | AccuracyCost:
         """What a scene costs as it is, or the cheapest settings for an error and what they cost.
@@ -553,6 +564,8 @@ class Scene(SceneQuantities):
             The default if None; with `error` the cheapest.
         error : float, optional
             Relative error asked for [1].
+        precision : {"double", "mixed"}, optional
+            Of what happens between two particles; double if None, with `error` the cheaper one.
         **accuracy
             As in `timestep.bounds`; with `error` also `quantity`, `time`, `measure` and `refresh`
             of `accuracy.advise`.
@@ -566,10 +579,10 @@ class Scene(SceneQuantities):
         from sdpd.cost import cost
 
         if error is None:
-            return cost(self, integrator, **accuracy)
+            return cost(self, integrator, precision, **accuracy)
         from sdpd.accuracy.advice import advise
 
-        return advise(self, error, integrator=integrator, **accuracy)
+        return advise(self, error, integrator=integrator, precision=precision, **accuracy)
 
     def replace(self, **changes: Any) -> Scene:
         """A copy with some arguments changed."""

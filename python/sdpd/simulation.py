@@ -133,7 +133,7 @@ class Simulation(Particles):
         if seed >= 2**64:
             raise ValueError(f"`seed` must be < 2^64, got {seed}")
         threads = running.choose_threads(threads, scene.n_particles)
-        _check_precision(precision, energy=active.energy)
+        validation.precision(precision, energy=active.energy)
         skin = validation.optional_positive("skin", skin)
         self._accuracy: dict[str, Any] = {
             "temperature_error": temperature_error,
@@ -640,15 +640,6 @@ def _adaptive(dt: Any) -> AdaptiveStep | None:
     if isinstance(dt, AdaptiveStep):
         return dt
     return AdaptiveStep() if isinstance(dt, str) and dt == "adaptive" else None
-
-
-def _check_precision(precision: Any, *, energy: bool) -> None:
-    validation.choice("precision", precision, ("double", "mixed"))
-    if energy and precision != "double":
-        raise ValueError(
-            "`precision` must be 'double' for a fluid with an energy, whose books close to "
-            f"rounding, got {precision!r}"
-        )
 
 
 def _check_skin(core: Core, skin: float | None) -> None:

@@ -34,7 +34,7 @@ def march(
     python = [(o, o.every or every) for o in observers if not isinstance(o, LoopObserver)]
     turns = [turn for _, turn in python] + ([every] if callback is not None else [])
     pairs = sim.n_particles * sim._scene.pairs_per_particle
-    chunk = running.chunk_steps(pairs, pairs_per_second(sim._scene, sim._integrator))
+    chunk = running.chunk_steps(pairs, pairs_per_second(sim._scene, sim._integrator, sim.precision))
     hidden = 0  # steps that the arrays do not show yet
     begun: list[Observer] = []
     ahead = _March(plan, sim)

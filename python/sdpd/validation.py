@@ -157,6 +157,20 @@ def choice(name: str, value: object, options: Sequence[str]) -> str:
     return chosen
 
 
+PRECISIONS = ("double", "mixed")
+
+
+def precision(value: object, *, energy: bool) -> str:
+    """Of what happens between two particles; a fluid with an energy takes double only."""
+    chosen = choice("precision", value, PRECISIONS)
+    if energy and chosen != "double":
+        raise ValueError(
+            "`precision` must be 'double' for a fluid with an energy, whose books close to "
+            f"rounding, got {chosen!r}"
+        )
+    return chosen
+
+
 def instance(name: str, value: Any, kinds: type[T] | tuple[type[T], ...], expected: str) -> T:
     """An instance of one of the given classes; `expected` is how to say so."""
     if not isinstance(value, kinds):

@@ -527,10 +527,12 @@ class TestCost:
             {"fluid": sdpd.fluids.water().replace(shear_viscosity=0.0)},
         ],
     )
-    def test_margin_and_memory_are_those_of_the_core(self, integrator, changes):
+    @pytest.mark.parametrize("precision", ["double", "mixed"])
+    def test_margin_and_memory_are_those_of_the_core(self, precision, integrator, changes):
         scene = water_scene(**changes)
-        estimate = scene.cost(integrator)
-        sim = sdpd.Simulation(scene, integrator=integrator, threads=1)
+        estimate = scene.cost(integrator, precision=precision)
+        assert estimate.precision == precision and f"precision   {precision}" in str(estimate)
+        sim = sdpd.Simulation(scene, integrator=integrator, precision=precision, threads=1)
         sim.run(steps=3)
         found = sim.statistics()
         assert cost.margin(scene, sim.dt, sim.integrator) == pytest.approx(
@@ -565,4 +567,36 @@ class TestCost:
         ]
         more = (again.memory - plain.memory) / scene.n_particles
         assert more - listed[1] + listed[0] == pytest.approx(64.0)
-        assert normal.seconds_per_step / plain.seconds_per_step == pytest.approx(10.0 / 8.5)
+        assert normal.seconds_per_step / plain.seconds_per_step == pytest.approx(16.0 / 13.0)
+
+    @pytest.mark.parametrize("dimension", [2, 3])
+    def test_mixed_precision_takes_memory_and_less_time(self, dimension):
+        scene = reduced_scene(dimension)
+        double, mixed = (
+            scene.cost("velocity_verlet", precision=kind) for kind in ("double", "mixed")
+        )
+        assert scene.cost("velocity_verlet").precision == "double"
+        assert mixed.seconds_per_step / double.seconds_per_step == pytest.approx(1.6 / 2.4)
+        more = (mixed.memory - double.memory) / scene.n_particles
+        if dimension == 2:
+            assert more == pytest.approx(45.0)
+        else:
+            sim = sdpd.Simulation(scene, integrator="velocity_verlet", precision="mixed", threads=1)
+            skin = sim.statistics()["margin"] / scene.support_radius
+            pairs = scene.pairs_per_particle * (1.0 + skin) ** 3
+            near = 4.4 * (0.035 < skin <= 0.08)
+            clusters = (118.0 + pairs) * (skin <= 0.08)
+            assert more == pytest.approx(45.0 - near * pairs + clusters)
+
+    @pytest.mark.parametrize(
+        ("precision", "energy", "message"),
+        [
+            ("half", False, "`precision` must be one of 'double', 'mixed', got 'half'"),
+            ("mixed", True, "`precision` must be 'double' for a fluid with an energy"),
+        ],
+    )
+    def test_a_precision_that_there_is_not(self, precision, energy, message):
+        fluid = sdpd.fluids.water().replace(equation_of_state=sdpd.eos.Tait())
+        scene = water_scene(fluid=fluid, effects=sdpd.Effects(energy=energy))
+        with pytest.raises(ValueError, match=message):
+            scene.cost(precision=precision)

@@ -21,7 +21,6 @@ from sdpd.accuracy.expectation import (
     sampled_time,
 )
 from sdpd.accuracy.orders import Orders, Point
-from sdpd.accuracy.settings import PRECISIONS
 from sdpd.accuracy.speed import Speed, kind_of_step, speed_of
 from sdpd.box import AXES
 from sdpd.errors import silenced
@@ -248,15 +247,10 @@ def _caution(factor: float) -> float:
 
 def _precisions(scene: Scene, asked: str | None) -> tuple[str, ...]:
     """Those to choose from. Without a measurement both count alike, and the first is taken."""
-    allowed = PRECISIONS[:1] if scene.active_effects.energy else PRECISIONS
+    energy = scene.active_effects.energy
     if asked is None:
-        return allowed
-    validation.choice("precision", asked, PRECISIONS)
-    if asked not in allowed:
-        raise ValueError(
-            f"`precision` must be {allowed[0]!r} for a fluid with an energy, got {asked!r}"
-        )
-    return (asked,)
+        return validation.PRECISIONS[:1] if energy else validation.PRECISIONS
+    return (validation.precision(asked, energy=energy),)
 
 
 def _costed(

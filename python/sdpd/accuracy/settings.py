@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["NAMES", "Settings", "grid"]
 
-PRECISIONS = ("double", "mixed")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
@@ -89,7 +87,7 @@ class Settings:
         for name in ("bookkeeping", "calibrate"):
             object.__setattr__(self, name, validation.boolean(name, getattr(self, name)))
         validation.choice("wall_model", self.wall_model, list(MODELS))
-        validation.choice("precision", self.precision, PRECISIONS)
+        validation.choice("precision", self.precision, validation.PRECISIONS)
 
     def replace(self, **changes: Any) -> Settings:
         """A copy with some of them changed."""

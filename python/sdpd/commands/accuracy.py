@@ -109,6 +109,11 @@ def _add_cost(commands: Any) -> None:
     add = command.add_argument
     add("scene", metavar="SCENE", help="a TOML file or a ready scene")
     add("--integrator", help="pair_splitting or velocity_verlet")
+    add(
+        "--precision",
+        choices=("double", "mixed"),
+        help="of what happens between two particles (default double, with --error the cheaper)",
+    )
     add("--error", type=float, metavar="E", help="relative error asked for, 0.01 say")
     add(
         "--quantity",
@@ -126,12 +131,13 @@ def _cost(options: argparse.Namespace) -> int:
         for name in ("quantity", "time"):
             if getattr(options, name) is not None:
                 raise ValueError(f"`--{name}` needs `--error`")
-        print(scene.cost(options.integrator))
+        print(scene.cost(options.integrator, precision=options.precision))
         return OK
     print(
         scene.cost(
             options.integrator,
             error=options.error,
+            precision=options.precision,
             quantity=options.quantity,
             time=options.time,
             refresh=options.refresh,
