@@ -349,7 +349,14 @@ impl Engine {
                 "`wall_model` must be \"symmetric_images\" where the fluid has an energy".into(),
             ));
         }
-        let grid = pool.install(|| Grid::new(&cell, dimension, n, 1.0 + margin));
+        // The splitting goes through the pairs of a block in an order of its own, which wide blocks would change.
+        let shuffles = integrator.shuffles();
+        let make = if shuffles {
+            Grid::new
+        } else {
+            Grid::with_wide_blocks
+        };
+        let grid = pool.install(|| make(&cell, dimension, n, 1.0 + margin));
         let mut particles = Particles::new(n, drag);
         if integrator.carries() {
             particles.carried = Records::new(n);

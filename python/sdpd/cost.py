@@ -109,6 +109,16 @@ def _edges(scene: Scene) -> list[float]:
     return [length if axis in turns else length + _BEYOND * h for axis, length in pairs]
 
 
+def _speed_of_start(scene: Scene) -> float:
+    """Median speed of the fastest of all particles that start with thermal motion none drives."""
+    if scene.active_effects.fluctuations or not scene.starts_thermal:
+        return 0.0
+    from scipy.stats import chi
+
+    fastest = chi.isf(math.log(2.0) / scene.n_particles, scene.dimension)
+    return scene.thermal_speed * float(fastest)
+
+
 def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) -> float:
     """Margin of the grid that the core will choose, which is the skin of the lists unless given.
 
@@ -139,7 +149,7 @@ def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) 
         shortest_edge=min(_edges(scene)[1:]) / h,
         dt=dt,
         thermal_speed=scene.thermal_speed / h if active.fluctuations else 0.0,
-        flow_speed=(scene.flow_speed or 0.0) / h,
+        flow_speed=max(scene.flow_speed or 0.0, _speed_of_start(scene)) / h,
         friction_time=tau,
         shuffles=chosen.name == "pair_splitting" and (rate > 0.0 or active.conduction),
     )

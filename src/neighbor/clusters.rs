@@ -268,7 +268,7 @@ mod tests {
                 x[a] = edges[a] * number(3 * k + a);
             }
         }
-        let mut grid = Grid::new(&cell, 3, n, cutoff + drift);
+        let mut grid = Grid::with_wide_blocks(&cell, 3, n, cutoff + drift);
         grid.renew(&cell, 3, &mut particles);
         for (k, x) in particles.position.iter_mut().enumerate() {
             x[0] += 0.5 * drift * (2.0 * number(7 * k) - 1.0);
