@@ -350,13 +350,14 @@ impl Engine {
             ));
         }
         // The splitting goes through the pairs of a block in an order of its own, which wide blocks would change.
-        let shuffles = integrator.shuffles();
-        let make = if shuffles {
-            Grid::new
-        } else {
-            Grid::with_wide_blocks
-        };
-        let grid = pool.install(|| make(&cell, dimension, n, 1.0 + margin));
+        let width = 1.0 + margin;
+        let grid = pool.install(|| {
+            if integrator.shuffles() {
+                Grid::new(&cell, dimension, n, width)
+            } else {
+                Grid::with_wide_blocks(&cell, dimension, n, width)
+            }
+        });
         let mut particles = Particles::new(n, drag);
         if integrator.carries() {
             particles.carried = Records::new(n);
@@ -714,9 +715,9 @@ impl Engine {
                 .reference
                 .extend(positions.map(|p| [p[0], p[1], p[2]]));
         }
-        let skins = (1.0 + self.skin, self.integrator.thin());
+        let reach = (1.0 + self.skin, self.integrator.thin());
         self.list
-            .build::<D>(&self.grid, &self.cell, &mut self.particles, skins, shuffle);
+            .build::<D>(&self.grid, &self.cell, &mut self.particles, reach, shuffle);
         if self.list.overflow {
             return Err(self.list.overflow_error());
         }

@@ -243,7 +243,8 @@ def cost(
     kind = validation.precision(asked, energy=active.energy)
     bounds = timestep.bounds(scene, chosen, **accuracy)
     dt, number, pairs = bounds[0].value, scene.n_particles, scene.pairs_per_particle
-    memory = _bytes_per_particle(scene, chosen, kind, margin(scene, dt, chosen))
+    skin = margin(scene, dt, chosen) / scene.support_radius
+    memory = _bytes_per_particle(scene, chosen, kind, skin)
     seconds = number * pairs / pairs_per_second(scene, chosen, kind)
     return Cost(
         memory=number * memory,
@@ -262,17 +263,14 @@ def cost(
     )
 
 
-def _bytes_per_particle(
-    scene: Scene, integrator: Integrator, precision: str, margin: float
-) -> float:
-    """State and lists."""
-    d, skin = scene.dimension, margin / scene.support_radius
-    listed = scene.pairs_per_particle * (1.0 + skin) ** d
+def _bytes_per_particle(scene: Scene, integrator: Integrator, precision: str, skin: float) -> float:
+    """State and lists; the skin in supports."""
+    listed = scene.pairs_per_particle * (1.0 + skin) ** scene.dimension
     coefficients = _coefficients(scene, integrator, precision)
     found = coefficients.bytes_per_particle + coefficients.bytes_per_listed_pair * listed
     # in a plane there are no clusters, and lists are those of double precision
-    clustered = precision == "mixed" and d == 3
-    if skin <= THIN[precision if clustered else "double"]:
+    clustered = precision == "mixed" and scene.dimension == 3
+    if skin <= THIN["mixed" if clustered else "double"]:
         found -= BYTES_OF_NEAR_PAIRS * listed
         if clustered:
             found += BYTES_OF_CLUSTERS + BYTES_OF_CLUSTERED_PAIRS * listed

@@ -260,6 +260,18 @@ mod tests {
     /// Every particle is in one cluster, every pair of the list in one row, and no two clusters are
     /// together in two.
     fn check(edges: [f64; 3], n: usize, cutoff: f64, drift: f64) {
+        for make in [Grid::new, Grid::with_wide_blocks] {
+            check_on(make, edges, n, cutoff, drift);
+        }
+    }
+
+    fn check_on(
+        make: fn(&PeriodicBox, usize, usize, f64) -> Grid,
+        edges: [f64; 3],
+        n: usize,
+        cutoff: f64,
+        drift: f64,
+    ) {
         let cell = PeriodicBox::new(&edges, 1.0).unwrap();
         let mut particles = Particles::new(n, false);
         let number = |k: usize| (fmix64(k as u64 + 1) >> 11) as f64 / (1_u64 << 53) as f64;
@@ -268,7 +280,7 @@ mod tests {
                 x[a] = edges[a] * number(3 * k + a);
             }
         }
-        let mut grid = Grid::with_wide_blocks(&cell, 3, n, cutoff + drift);
+        let mut grid = make(&cell, 3, n, cutoff + drift);
         grid.renew(&cell, 3, &mut particles);
         for (k, x) in particles.position.iter_mut().enumerate() {
             x[0] += 0.5 * drift * (2.0 * number(7 * k) - 1.0);

@@ -40,8 +40,8 @@ impl SkinModel {
 }
 
 impl SkinModel {
-    /// Measured, but for the splitting, whose pairs would come in another order: there a rebuild takes less
-    /// of a longer step.
+    /// Measured for Verlet. The splitting keeps an earlier estimate: with another margin its pairs would come
+    /// in another order.
     pub fn rebuild_cost(shuffles: bool) -> f64 {
         if shuffles { 1.0 } else { 4.0 }
     }

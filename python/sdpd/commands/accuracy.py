@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
+from sdpd import validation
 from sdpd.accuracy.settings import NAMES
 from sdpd.commands.shared import NO_PROGRESS, OK, scene_of, show
 
@@ -111,7 +112,7 @@ def _add_cost(commands: Any) -> None:
     add("--integrator", help="pair_splitting or velocity_verlet")
     add(
         "--precision",
-        choices=("double", "mixed"),
+        choices=validation.PRECISIONS,
         help="of what happens between two particles (default double, with --error the cheaper)",
     )
     add("--error", type=float, metavar="E", help="relative error asked for, 0.01 say")

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sdpd import validation
 from sdpd.commands.shared import NO_PROGRESS, OK, scene_of
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def _run_options(command: argparse.ArgumentParser) -> None:
     add("--threads", type=int, help="threads (default: processors at hand)")
     add(
         "--precision",
-        choices=("double", "mixed"),
+        choices=validation.PRECISIONS,
         default="double",
         help="of what happens between two particles (default double)",
     )
