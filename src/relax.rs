@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use crate::domain::PeriodicBox;
 use crate::error::Result;
 use crate::kernel::WendlandC2;
-use crate::neighbor::{Grid, PairList, THIN};
+use crate::neighbor::{Grid, PairList};
 use crate::physics::{Frictionless, PairFriction};
 use crate::random::{Sequence, Silent, Stream, SweepKey};
 use crate::state::Particles;
@@ -71,7 +71,7 @@ pub fn relax<const D: usize>(
     for iteration in slice {
         if stale {
             grid.renew(cell, D, &mut particles);
-            list.build::<D>(&grid, cell, &mut particles, (1.0 + skin, THIN), false);
+            list.build::<D>(&grid, cell, &mut particles, 1.0 + skin, false);
             if list.overflow {
                 return Err(list.overflow_error());
             }
@@ -111,7 +111,6 @@ pub fn relax<const D: usize>(
         let progress = f64::from(iteration) / f64::from(total);
         let step = 0.2 * spacing * (1.0 - 0.9 * progress) / largest;
         stale = false;
-        list.near_is_known = false;
         for slot in 0..n {
             let force = particles.force[slot];
             let position = &mut particles.position[slot];
@@ -129,7 +128,7 @@ pub fn relax<const D: usize>(
         }
     }
     grid.renew(cell, D, &mut particles);
-    list.build::<D>(&grid, cell, &mut particles, (1.0, THIN), false);
+    list.build::<D>(&grid, cell, &mut particles, 1.0, false);
     walls.rebuild::<D>(&particles, &grid, &list, cell, 0.0);
     number_densities::<WendlandC2, Double, D>(&mut particles, &grid, &mut list, cell);
     wall_densities::<WendlandC2, D>(&mut particles, walls, &grid, cell);

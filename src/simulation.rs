@@ -9,7 +9,7 @@ use crate::effect::{AccelerationField, BodyForce};
 use crate::eos::{self, EquationOfState};
 use crate::error::{Error, Result};
 use crate::integrator::{ForceParts, Integrator, Source};
-use crate::neighbor::{Grid, PairList, SkinModel, automatic_skin};
+use crate::neighbor::{Grid, PairList, SkinModel, margin_and_skin};
 use crate::observe::{Observer, Parts, View};
 use crate::physics::PairFriction;
 use crate::registry::{self, Combination};
@@ -54,7 +54,7 @@ pub struct Settings {
     pub dt: f64,
     /// Seed of all noise.
     pub seed: u64,
-    /// List skin `[length]`; `None`: the margin.
+    /// List skin `[length]`; `None`: what should cost least.
     pub skin: Option<f64>,
     /// Speed of flow to expect `[velocity]`: a hint for how long lists last.
     pub flow_speed: f64,
@@ -78,8 +78,6 @@ pub struct Settings {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moved {
     from_grid: f64,
-    /// Where the list has a reference of its own.
-    from_list: f64,
     speed: f64,
 }
 
@@ -108,7 +106,6 @@ impl Moved {
         }
         Self {
             from_grid: square_from(position, grid),
-            from_list: 0.0,
             speed: visible_square([v[0], v[1], v[2]]),
         }
     }
@@ -116,7 +113,6 @@ impl Moved {
     fn most(self, other: Self) -> Self {
         Self {
             from_grid: self.from_grid.max(other.from_grid),
-            from_list: self.from_list.max(other.from_list),
             speed: self.speed.max(other.speed),
         }
     }
@@ -127,8 +123,8 @@ impl Moved {
 pub struct Counters {
     /// Grid renewals.
     pub grid_renewals: u64,
-    /// List builds.
-    pub list_builds: u64,
+    /// How often it was found out anew which pairs sweeps work on.
+    pub prunings: u64,
 }
 
 /// A running simulation.
@@ -311,15 +307,15 @@ impl Engine {
             friction_time: friction_time(&friction, density, dimension),
             n,
             dimension,
-            rebuild: SkinModel::rebuild_cost(integrator.shuffles()),
+            shuffles: integrator.shuffles(),
             edge: cell.edges[1..dimension]
                 .iter()
                 .copied()
                 .fold(f64::INFINITY, f64::min),
         };
-        let margin = automatic_skin(&model);
+        let (margin, best) = margin_and_skin(&model);
         let skin = match settings.skin {
-            None => margin,
+            None => best,
             Some(skin) => (positive("skin", skin)? / support).min(margin),
         };
         let threads = settings.threads.max(1);
@@ -484,7 +480,6 @@ impl Engine {
     /// Puts particle of row `row` somewhere else: position and velocity in reduced units. Call
     /// `renew` before the next run.
     pub fn place(&mut self, slot: usize, position: [f64; 3], velocity: [f64; 3]) {
-        self.list.near_is_known = false;
         let particles = &mut self.particles;
         particles.position[slot][..3].copy_from_slice(&position);
         particles.velocity[slot][..3].copy_from_slice(&velocity);
@@ -522,33 +517,55 @@ impl Engine {
     }
 
     /// Last part of restoring a state whose particles are in place except for positions and forces:
-    /// grid and list become those of the references (an empty list reference: those of the grid).
+    /// grid and list become those of the references; since that of the list no particle has gone farther than
+    /// `travel`. A state of an earlier version may know neither, and have had another grid: its lists are
+    /// built anew.
     pub fn restore(
         &mut self,
         grid: &[[f64; 3]],
-        list: &[[f64; 3]],
+        list: Option<(&[[f64; 3]], f64)>,
         position: &[[f64; 4]],
         force: &[[f64; 4]],
     ) {
         let integrator = Arc::clone(&self.integrator);
         let pool = Arc::clone(&self.pool);
         let dt = self.clock.dt / self.units.time();
+        let rows = self.particles.row.clone();
         // Sorting again what is sorted changes nothing, images included: references are in the box.
         self.place_at(grid);
         self.grid
             .renew(&self.cell, self.dimension, &mut self.particles);
-        if !list.is_empty() {
-            self.place_at(list);
-        }
+        let foreign = list.is_none() || self.particles.row != rows;
         pool.install(|| {
             // The particles are finite, so only an oversized region could fail, and it did not before.
-            let _ = integrator.rebuild(self, false);
-            self.particles.position.copy_from_slice(position);
-            self.list.near_is_known = false;
+            if foreign {
+                let position = self.particles.in_slots(&rows, position);
+                self.particles.position.copy_from_slice(&position);
+                let _ = integrator.rebuild(self, true);
+                let force = self.particles.in_slots(&rows, force);
+                self.particles.force.copy_from_slice(&force);
+            } else {
+                let _ = integrator.rebuild(self, false);
+                if let Some((reference, travel)) = list {
+                    self.place_at(reference);
+                    self.prune_anew();
+                    self.list.travel = travel;
+                }
+                self.particles.position.copy_from_slice(position);
+                self.particles.force.copy_from_slice(force);
+            }
+            let force = self.particles.force.clone();
             let _ = integrator.refresh(self, dt);
+            self.particles.force = force;
         });
-        self.particles.force.copy_from_slice(force);
         self.forces_for = Some(self.clock.dt);
+    }
+
+    fn prune_anew(&mut self) {
+        match self.dimension {
+            2 => self.prune::<2>(),
+            _ => self.prune::<3>(),
+        }
     }
 
     fn place_at(&mut self, reference: &[[f64; 3]]) {
@@ -707,17 +724,9 @@ impl Engine {
             self.grid.renew(&self.cell, D, &mut self.particles);
             self.counters.grid_renewals += 1;
         }
-        self.counters.list_builds += 1;
-        self.list.reference.clear();
-        if self.skin < self.margin {
-            let positions = self.particles.position.iter();
-            self.list
-                .reference
-                .extend(positions.map(|p| [p[0], p[1], p[2]]));
-        }
-        let reach = (1.0 + self.skin, self.integrator.thin());
+        let cutoff = 1.0 + self.margin;
         self.list
-            .build::<D>(&self.grid, &self.cell, &mut self.particles, reach, shuffle);
+            .build::<D>(&self.grid, &self.cell, &mut self.particles, cutoff, shuffle);
         if self.list.overflow {
             return Err(self.list.overflow_error());
         }
@@ -726,9 +735,22 @@ impl Engine {
             &self.grid,
             &self.list,
             &self.cell,
-            self.skin,
+            self.margin,
         );
+        self.prune::<D>();
         Ok(())
+    }
+
+    /// Finds out anew which pairs of the list sweeps should work on.
+    fn prune<const D: usize>(&mut self) {
+        self.counters.prunings += 1;
+        if self.skin < self.margin {
+            let cutoff = 1.0 + self.skin;
+            self.list
+                .prune::<D>(&self.cell, &mut self.particles, cutoff);
+        } else {
+            self.list.travel = 0.0;
+        }
     }
 
     /// Nothing may have left through an axis that is not periodic.
@@ -771,7 +793,6 @@ impl Engine {
 
     /// Puts back what has crossed a wall.
     pub(crate) fn bounce(&mut self) -> Result<()> {
-        self.list.near_is_known = false;
         if !self.walls.any() {
             return Ok(());
         }
@@ -937,7 +958,6 @@ impl Engine {
 
     /// r += v dt; how far the particles are from where grid and list were built.
     pub(crate) fn move_particles(&mut self, dt: f64) -> Result<Moved> {
-        self.list.near_is_known = false;
         let particles = &mut self.particles;
         let records = particles
             .position
@@ -945,25 +965,14 @@ impl Engine {
             .with_min_len(GRAIN)
             .zip(&particles.velocity)
             .zip(&self.grid.reference);
-        let moved = if self.skin < self.margin {
-            records
-                .zip(&self.list.reference)
-                .map(|(((position, v), grid), list)| {
-                    let moved = Moved::new(position, v, grid, dt);
-                    Moved {
-                        from_list: square_from(position, list),
-                        ..moved
-                    }
-                })
-                .reduce(Moved::default, Moved::most)
-        } else {
-            records
-                .map(|((position, v), grid)| Moved::new(position, v, grid, dt))
-                .reduce(Moved::default, Moved::most)
-        };
+        let moved = records
+            .map(|((position, v), grid)| Moved::new(position, v, grid, dt))
+            .reduce(Moved::default, Moved::most);
         if moved.speed * dt * dt > RUNAWAY * RUNAWAY {
             return Err(self.find_runaway(dt));
         }
+        // No farther than the fastest ones of each step: that spares a look at where they were.
+        self.list.travel += moved.speed.sqrt() * dt.abs();
         Ok(moved)
     }
 
@@ -972,9 +981,10 @@ impl Engine {
         let beyond = |square: f64, width: f64| 4.0 * square > width * width;
         let result = if beyond(moved.from_grid, self.margin) {
             self.rebuild::<D>(true, shuffle)
-        } else if beyond(moved.from_list, self.skin) {
-            self.rebuild::<D>(false, shuffle)
         } else {
+            if self.skin < self.margin && 2.0 * self.list.travel > self.skin {
+                self.prune::<D>();
+            }
             Ok(())
         };
         self.stopwatch.lap(Phase::Lists);

@@ -165,6 +165,15 @@ impl Particles {
         self.position.is_empty()
     }
 
+    /// Records of slots that were those of `rows`, as slots are now.
+    pub fn in_slots(&self, rows: &[u32], records: &[[f64; 4]]) -> Vec<[f64; 4]> {
+        let mut by_row = vec![[0.0; 4]; rows.len()];
+        for (&row, record) in rows.iter().zip(records) {
+            by_row[row as usize] = *record;
+        }
+        self.row.iter().map(|&row| by_row[row as usize]).collect()
+    }
+
     /// Moves the particle of slot `order[k]` to slot k, without allocation: the forces, which are
     /// always computed anew after that, lend their memory and are lost.
     pub fn permute(&mut self, order: &[u32]) {

@@ -30,7 +30,7 @@ __all__ = [
     "kernel_names",
     "kernel_profile",
     "kernel_sums",
-    "list_margin",
+    "list_margins",
     "normal_velocities",
     "pair_variates",
     "peak",
@@ -73,7 +73,7 @@ def force_variates(
 def registry_table() -> list[dict[str, Any]]: ...
 def normal_velocities(n: int, dimension: int, seed: int) -> _Float: ...
 def uniform_positions(n: int, dimension: int, seed: int) -> _Float: ...
-def list_margin(
+def list_margins(
     *,
     particles: int,
     dimension: int,
@@ -83,7 +83,7 @@ def list_margin(
     flow_speed: float,
     friction_time: float,
     shuffles: bool,
-) -> float: ...
+) -> tuple[float, float]: ...
 def relax_positions(
     positions: _Float,
     edges: list[float],

@@ -123,6 +123,7 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "adaptive": None if sim.adaptive is None else dict(vars(sim.adaptive)),
         "settings": _written(sim._settings),
         "clock": {name: state[name] for name in _CLOCK},
+        "list_travel": float(state["list_travel"]),
         "wall_force": [float(x) for x in state["wall_force"]],
         "wall_motions": [wall_motion.motion(wall) for wall in sim.walls],
     }
@@ -301,6 +302,8 @@ class _Content:
             timestep.bounds(self.scene, self.integrator, **self.accuracy)
             self.state: dict[str, Any] = {name: self.header["clock"][name] for name in _CLOCK}
             self.state["wall_force"] = [float(x) for x in self.header["wall_force"]]
+            if "list_travel" in self.header:  # or the file is older, and gets lists of its own
+                self.state["list_travel"] = float(self.header["list_travel"])
             if self.scene.walls:
                 self.state["wall_impulse"] = [float(x) for x in self.header["wall_impulse"]]
                 self.state["wall_crossings"] = int(self.header["wall_crossings"])

@@ -27,7 +27,7 @@ class Coefficients:
     bytes_per_particle : float
         State and copies.
     bytes_per_listed_pair : float
-        Pairs in the margin of the lists included, unless that is thin.
+        Pairs in the margin of the lists included.
     pairs_per_second : dict
         By variate; without noise as with the cheapest.
     """
@@ -39,22 +39,24 @@ class Coefficients:
 
 COEFFICIENTS = {
     "velocity_verlet": {
-        "double": Coefficients(345.0, 8.4, {"gaussian": 1.3e8, "uniform": 1.6e8}),
-        "mixed": Coefficients(390.0, 8.4, {"gaussian": 1.8e8, "uniform": 2.4e8}),
+        "double": Coefficients(345.0, 4.0, {"gaussian": 1.3e8, "uniform": 1.6e8}),
+        "mixed": Coefficients(385.0, 4.0, {"gaussian": 1.8e8, "uniform": 2.4e8}),
     },
     "pair_splitting": {
-        "double": Coefficients(340.0, 12.6, {"gaussian": 3.1e7}),
-        "mixed": Coefficients(385.0, 12.6, {"gaussian": 4.0e7}),
+        "double": Coefficients(330.0, 9.0, {"gaussian": 3.1e7}),
+        "mixed": Coefficients(405.0, 9.0, {"gaussian": 4.0e7}),
     },
 }
 # What one more sweep in each half step of the splitting takes of a step with one.
 SWEEP_SHARE = 0.7
-# Up to this margin [support] the core works on all listed pairs and keeps no second list of those
-# within the support (src/neighbor/list.rs), which takes so much of a listed pair. In space, mixed
-# precision then has clusters of particles (src/sweep/precision.rs), which take so much.
-THIN = {"double": 0.035, "mixed": 0.08}
+# Where the skin is less than the margin there is a second list, of the pairs within it
+# (src/neighbor/list.rs), which takes so much of a listed pair, and positions from which to count.
+# Up to so wide a margin [support] mixed precision has clusters of particles in space
+# (src/sweep/precision.rs), which take so much.
 BYTES_OF_NEAR_PAIRS = 4.4
-BYTES_OF_CLUSTERS = 118.0
+BYTES_OF_REFERENCE = 24.0
+CLUSTERED = 0.15
+BYTES_OF_CLUSTERS = 60.0
 BYTES_OF_CLUSTERED_PAIRS = 1.0
 # Verlet keeps the friction apart from the other forces to evaluate it again.
 BYTES_FOR_ITERATIONS = 64.0
@@ -120,7 +122,14 @@ def _speed_of_start(scene: Scene) -> float:
 
 
 def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) -> float:
-    """Margin of the grid that the core will choose, which is the skin of the lists unless given.
+    """Margin of the lists that the core will choose [length]; see `widths`."""
+    return widths(scene, dt, integrator)[0]
+
+
+def widths(
+    scene: Scene, dt: float, integrator: Integrator | str | None = None
+) -> tuple[float, float]:
+    """Margin and skin that the core will choose.
 
     Parameters
     ----------
@@ -132,7 +141,8 @@ def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) 
 
     Returns
     -------
-    float
+    tuple of float
+        How much wider than the support lists are, and those of their pairs that sweeps work on
         [length].
     """
     from sdpd import _core
@@ -143,7 +153,7 @@ def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) 
     rate = scene.friction_across + scene.friction_along / d
     # int F dV = 12/h^2, about right for every kernel, as in the core.
     tau = scene.fluid.density * h**2 / (12.0 * rate) if rate > 0.0 else math.inf
-    return h * _core.list_margin(
+    margin, skin = _core.list_margins(
         particles=scene.n_particles,
         dimension=d,
         shortest_edge=min(_edges(scene)[1:]) / h,
@@ -153,6 +163,7 @@ def margin(scene: Scene, dt: float, integrator: Integrator | str | None = None) 
         friction_time=tau,
         shuffles=chosen.name == "pair_splitting" and (rate > 0.0 or active.conduction),
     )
+    return h * margin, h * skin
 
 
 @dataclass(frozen=True)
@@ -243,8 +254,7 @@ def cost(
     kind = validation.precision(asked, energy=active.energy)
     bounds = timestep.bounds(scene, chosen, **accuracy)
     dt, number, pairs = bounds[0].value, scene.n_particles, scene.pairs_per_particle
-    skin = margin(scene, dt, chosen) / scene.support_radius
-    memory = _bytes_per_particle(scene, chosen, kind, skin)
+    memory = _bytes_per_particle(scene, chosen, kind, dt)
     seconds = number * pairs / pairs_per_second(scene, chosen, kind)
     return Cost(
         memory=number * memory,
@@ -263,15 +273,15 @@ def cost(
     )
 
 
-def _bytes_per_particle(scene: Scene, integrator: Integrator, precision: str, skin: float) -> float:
-    """State and lists; the skin in supports."""
-    listed = scene.pairs_per_particle * (1.0 + skin) ** scene.dimension
+def _bytes_per_particle(scene: Scene, integrator: Integrator, precision: str, dt: float) -> float:
+    """State and lists."""
+    margin, skin = (width / scene.support_radius for width in widths(scene, dt, integrator))
+    listed = scene.pairs_per_particle * (1.0 + margin) ** scene.dimension
     coefficients = _coefficients(scene, integrator, precision)
     found = coefficients.bytes_per_particle + coefficients.bytes_per_listed_pair * listed
-    # in a plane there are no clusters, and lists are those of double precision
-    clustered = precision == "mixed" and scene.dimension == 3
-    if skin <= THIN["mixed" if clustered else "double"]:
-        found -= BYTES_OF_NEAR_PAIRS * listed
-        if clustered:
-            found += BYTES_OF_CLUSTERS + BYTES_OF_CLUSTERED_PAIRS * listed
+    if skin < margin:
+        found += BYTES_OF_REFERENCE + BYTES_OF_NEAR_PAIRS * listed
+    # in a plane there are no clusters
+    if precision == "mixed" and scene.dimension == 3 and margin <= CLUSTERED:
+        found += BYTES_OF_CLUSTERS + BYTES_OF_CLUSTERED_PAIRS * listed
     return found + BYTES_FOR_ITERATIONS * (integrator.iterations > 0)

@@ -64,8 +64,8 @@ class Simulation(Particles):
         "double", or "mixed": what happens between two particles in single precision, faster; state
         and sums in double, momentum conserved to rounding as ever. Of isothermal fluids.
     skin : float, optional
-        Of the neighbour lists [length], at most the margin of their grid; the margin, estimated
-        from the scene, if None.
+        Of the pairs that sweeps work on [length], at most the margin of the lists; what should cost
+        least, estimated from the scene, if None.
     positions, velocities : array_like, shape (N, D), optional
         Initial state [length], [length/time] instead of that of ``scene.start``. Positions are
         wrapped into the box, and refused where they crowd to 30 times the density of the fluid.
@@ -649,8 +649,8 @@ def _check_skin(core: Core, skin: float | None) -> None:
     used, margin = core.statistics()["skin"], core.statistics()["margin"]
     if used < skin * (1.0 - 1e-9):
         raise ValueError(
-            f"`skin` must be <= {margin:.6g}, the margin of the grid of this scene and dt, got "
-            f"{skin:.6g}; None takes the margin"
+            f"`skin` must be <= {margin:.6g}, the margin of the lists of this scene and dt, got "
+            f"{skin:.6g}; None takes what should cost least"
         )
 
 

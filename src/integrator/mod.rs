@@ -14,7 +14,6 @@ pub use velocity_verlet::VelocityVerlet;
 
 use crate::error::Result;
 use crate::kernel::Kernel;
-use crate::neighbor::THIN;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
 use crate::simulation::Engine;
@@ -59,10 +58,6 @@ pub trait Integrator: Send + Sync {
     fn mean_friction_weight(&self, engine: &mut Engine) -> f64;
     /// Are pairs wanted in shuffled order?
     fn shuffles(&self) -> bool;
-    /// Up to which skin [h] its sweeps work on all pairs of the list.
-    fn thin(&self) -> f64 {
-        THIN
-    }
     /// Does it need a second force array?
     fn needs_drag(&self) -> bool;
     /// Does it carry rates over the drift?

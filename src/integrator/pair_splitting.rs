@@ -118,10 +118,6 @@ impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize> Integ
         mean_friction_weight::<K, D>(engine)
     }
 
-    fn thin(&self) -> f64 {
-        P::thin(D)
-    }
-
     fn shuffles(&self) -> bool {
         F::ON
     }

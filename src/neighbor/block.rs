@@ -18,34 +18,11 @@ const BUCKETS: usize = 256;
 /// Colour by colour alone is nearly a natural order: it delivers too little viscosity.
 pub const ROUNDS: usize = 8;
 
-/// Up to eight pairs of a row, following those of the octet before: a sweep over octets has no inner
-/// loop whose end no machine foresees.
-#[derive(Debug, Clone, Copy)]
-pub struct Octet(u8);
-
-impl Octet {
-    const LAST: u8 = 16;
-
-    /// Number of pairs.
-    #[inline(always)]
-    pub fn count(self) -> usize {
-        usize::from(self.0 & 15)
-    }
-
-    /// Is it the last one of its row?
-    #[inline(always)]
-    pub fn is_last(self) -> bool {
-        self.0 & Self::LAST != 0
-    }
-}
-
 /// The pairs of one base block.
 #[derive(Debug, Default, Clone)]
 pub struct BlockList {
     /// All of them.
     pub rows: Rows,
-    /// The rows in octets, as many as fill whole vectors: the last one may be empty. Only if asked for.
-    pub octets: Vec<Octet>,
     /// The same pairs in shuffled order, as places in the region; only if asked for.
     pub shuffled: Vec<[u16; 2]>,
     /// Where each round begins in `shuffled`, and where the last one ends.
@@ -121,8 +98,7 @@ impl BlockList {
             .map(|part| part.start as usize..part.end as usize)
     }
 
-    /// Finds the pairs of base block `base`; divides them into octets if wanted and shuffles them where
-    /// there are ids, unless it overflows.
+    /// Finds the pairs of base block `base`, and shuffles them where there are ids, unless it overflows.
     pub(super) fn build<const D: usize>(
         &mut self,
         base: usize,
@@ -130,7 +106,7 @@ impl BlockList {
         cell: &PeriodicBox,
         columns: &[Vec<f32>; 3],
         cutoff2: f32,
-        (octets, id): (bool, Option<&[u64]>),
+        id: Option<&[u64]>,
     ) {
         self.clear();
         self.enter_region::<D>(base, grid, id.is_some());
@@ -145,9 +121,6 @@ impl BlockList {
             columns,
             cutoff2,
         });
-        if octets {
-            self.divide();
-        }
         if let Some(id) = id {
             self.shuffle(id);
         }
@@ -163,14 +136,12 @@ impl BlockList {
         self.rows.bytes()
             + 8 * self.runs.capacity()
             + size_of::<Neighbours>() * self.spans.iter().map(Vec::capacity).sum::<usize>()
-            + self.octets.capacity()
             + 4 * (self.shuffled.capacity() + self.slots.capacity() + self.counts.capacity())
     }
 
     fn clear(&mut self) {
         self.region = Default::default();
         self.rows.clear();
-        self.octets.clear();
         self.shuffled.clear();
         self.slots.clear();
     }
@@ -232,25 +203,6 @@ impl BlockList {
         // What follows the last pair must lead to slots as well.
         self.rows.slots.truncate(self.pairs());
         self.rows.slots.resize(self.pairs() + MOST, 0);
-    }
-
-    /// Divides the rows into octets.
-    fn divide(&mut self) {
-        let most = self.pairs() / LANES + self.rows.ends.len() + MOST / LANES;
-        if self.octets.capacity() < most {
-            self.octets.reserve_exact(most + most / 16);
-        }
-        let mut first = 0;
-        for &[_, end] in &self.rows.ends {
-            while first < end {
-                let count = (end - first).min(LANES as u32);
-                first += count;
-                let last = if first == end { Octet::LAST } else { 0 };
-                self.octets.push(Octet(count as u8 | last));
-            }
-        }
-        let whole = self.octets.len().next_multiple_of(MOST / LANES);
-        self.octets.resize(whole, Octet(0));
     }
 
     /// Slot ranges that may hold partners of the heads in cell `here`, which lies in the block at

@@ -251,7 +251,7 @@ impl Part {
 mod tests {
     use std::collections::BTreeSet;
 
-    use super::super::{PairList, THIN};
+    use super::super::PairList;
     use super::*;
     use crate::domain::PeriodicBox;
     use crate::random::fmix64;
@@ -286,7 +286,7 @@ mod tests {
             x[0] += 0.5 * drift * (2.0 * number(7 * k) - 1.0);
         }
         let mut list = PairList::default();
-        list.build::<3>(&grid, &cell, &mut particles, (cutoff, THIN), false);
+        list.build::<3>(&grid, &cell, &mut particles, cutoff, false);
         list.know_clusters(&grid, &particles.position);
         let clusters = &list.clusters;
         let mut seen = vec![0; n];

@@ -7,49 +7,53 @@ use super::{Clusters, Grid, Rows};
 use crate::domain::PeriodicBox;
 use crate::error::Error;
 use crate::state::Particles;
+use crate::sweep::{Mixed, Precision, Prune, run_wide};
 
-/// Up to this skin [h] all pairs are worked on, those in the skin included, unless somebody knows better.
-pub const THIN: f64 = 0.035;
-
-/// All pairs closer than the support plus the skin.
+/// All pairs closer than the support plus the margin, and those of them that sweeps work on.
 #[derive(Debug, Default, Clone)]
 pub struct PairList {
     /// By block index.
     pub blocks: Vec<BlockList>,
-    /// Positions when the list was built, if that was after the grid was renewed.
+    /// Support and margin [h].
+    pub cutoff: f64,
+    /// Those closer than the support plus the skin, where that is less.
+    near: Vec<Rows>,
+    is_pruned: bool,
+    /// Positions when it was pruned, if it is.
     pub reference: Vec<[f64; 3]>,
-    /// Is the skin so thin that to find the pairs within the support takes longer than to work on all?
-    pub is_thin: bool,
-    /// Those of them that are within the support, as the last sweep for densities found them, unless
-    /// the skin is thin.
-    pub near: Vec<Rows>,
-    /// Are the pairs in `near` those of the present positions?
-    pub near_is_known: bool,
+    /// At most so far has any particle gone since [h].
+    pub travel: f64,
     /// The same pairs four by four with four, where somebody wants them.
     pub clusters: Clusters,
     /// Some region was too large for 16-bit numbers; the list is then of no use.
     pub overflow: bool,
 }
 
+/// The square of a cutoff for distances in single precision, which is good enough to say who may come
+/// near: a little more than the cutoff makes up for its rounding, and that of positions as fractions of
+/// the box.
+fn square_for_single(cutoff: f64, cell: &PeriodicBox) -> f32 {
+    let longest = cell.edges.iter().copied().fold(0.0, f64::max);
+    let far = cutoff * (1.0 + 5e-6) + 8.0 * longest / 4_294_967_296.0;
+    (far * far) as f32
+}
+
 impl PairList {
-    /// Builds the lists from the particles' present positions; skins up to `thin` [h] are thin.
+    /// Builds the lists from the particles' present positions. All pairs are worked on, until `prune`.
     pub fn build<const D: usize>(
         &mut self,
         grid: &Grid,
         cell: &PeriodicBox,
         particles: &mut Particles,
-        (cutoff, thin): (f64, f64),
+        cutoff: f64,
         shuffle: bool,
     ) {
-        self.near_is_known = false;
+        self.cutoff = cutoff;
+        self.is_pruned = false;
+        self.reference.clear();
+        self.travel = 0.0;
         self.clusters.known = false;
-        self.is_thin = cutoff <= 1.0 + thin;
-        let octets = !self.is_thin;
-        // Single precision is good enough to say who may come near; a little more than the cutoff
-        // makes up for its rounding, and that of positions as fractions of the box.
-        let longest = cell.edges.iter().copied().fold(0.0, f64::max);
-        let far = cutoff * (1.0 + 5e-6) + 8.0 * longest / 4_294_967_296.0;
-        let cutoff2 = (far * far) as f32;
+        let cutoff2 = square_for_single(cutoff, cell);
         let columns = particles.copies.columns(&particles.position, cell);
         let id = shuffle.then_some(&particles.id[..]);
         self.blocks
@@ -57,27 +61,46 @@ impl PairList {
         self.blocks
             .par_iter_mut()
             .enumerate()
-            .for_each(|(base, block)| {
-                block.build::<D>(base, grid, cell, columns, cutoff2, (octets, id))
-            });
-        self.near.resize_with(self.blocks.len(), Rows::default);
-        for (near, block) in self.near.iter_mut().zip(&self.blocks) {
-            if octets {
-                near.fit(block.rows.ends.len(), block.rows.slots.len());
-            } else {
-                near.clear();
-            }
-        }
+            .for_each(|(base, block)| block.build::<D>(base, grid, cell, columns, cutoff2, id));
         self.overflow = self.blocks.iter().any(BlockList::overflows);
     }
 
-    /// The pairs of a block that sweeps work on: those within the support, and where the skin is thin
-    /// those in the skin, which come to nothing.
+    /// Sweeps work on those pairs only that are closer than `cutoff` at present: until a particle has gone
+    /// half as far as that is beyond the support.
+    pub fn prune<const D: usize>(
+        &mut self,
+        cell: &PeriodicBox,
+        particles: &mut Particles,
+        cutoff: f64,
+    ) {
+        self.is_pruned = true;
+        self.travel = 0.0;
+        self.reference.clear();
+        let positions = particles.position.iter();
+        self.reference.extend(positions.map(|p| [p[0], p[1], p[2]]));
+        let square = square_for_single(cutoff, cell);
+        let place = Mixed::places(&particles.position, cell, &mut particles.copies.place);
+        self.near.resize_with(self.blocks.len(), Rows::default);
+        let all = self.near.par_iter_mut().zip(&self.blocks);
+        all.for_each(|(kept, block)| {
+            kept.make_room(&block.rows);
+            run_wide(Prune::<D> {
+                rows: &block.rows,
+                kept,
+                cell,
+                place,
+                square,
+            });
+        });
+    }
+
+    /// The pairs of a block that sweeps work on: those within the support, and some that are not yet or not
+    /// any more, which come to nothing.
     pub fn present(&self, block: u32) -> &Rows {
-        if self.is_thin {
-            &self.blocks[block as usize].rows
-        } else {
+        if self.is_pruned {
             &self.near[block as usize]
+        } else {
+            &self.blocks[block as usize].rows
         }
     }
 
@@ -95,7 +118,7 @@ impl PairList {
         ))
     }
 
-    /// Number of pairs within the cutoff, skin included.
+    /// Number of pairs, those in the margin included.
     pub fn len(&self) -> usize {
         self.blocks.iter().map(BlockList::pairs).sum()
     }
@@ -135,7 +158,7 @@ mod tests {
         let mut grid = Grid::new(&cell, D, n, cutoff);
         grid.renew(&cell, D, &mut particles);
         let mut list = PairList::default();
-        list.build::<D>(&grid, &cell, &mut particles, (cutoff, THIN), true);
+        list.build::<D>(&grid, &cell, &mut particles, cutoff, true);
         let mut found = BTreeSet::new();
         for block in &list.blocks {
             for (head, others) in block.rows.iter() {
@@ -166,6 +189,57 @@ mod tests {
     }
 
     #[test]
+    fn sweeps_work_on_what_is_near_until_somebody_has_gone_half_the_skin() {
+        let cell = PeriodicBox::new(&[3.5, 4.0, 4.5], 1.0).unwrap();
+        let n = 900;
+        let number = |k: usize| (fmix64(k as u64 + 1) >> 11) as f64 / (1_u64 << 53) as f64;
+        let mut particles = Particles::new(n, false);
+        for (k, x) in particles.position.iter_mut().enumerate() {
+            for a in 0..3 {
+                x[a] = cell.edges[a] * number(3 * k + a);
+            }
+        }
+        let (margin, skin) = (0.3, 0.1);
+        let mut grid = Grid::new(&cell, 3, n, 1.0 + margin);
+        grid.renew(&cell, 3, &mut particles);
+        let mut list = PairList::default();
+        list.build::<3>(&grid, &cell, &mut particles, 1.0 + margin, false);
+        let numbers = |list: &PairList| {
+            let rows = (0..list.blocks.len() as u32).map(|block| list.present(block));
+            rows.map(Rows::pairs).sum::<usize>()
+        };
+        assert_eq!(numbers(&list), list.len());
+        // Near ones at the start, and after a walk.
+        for _ in 0..2 {
+            list.prune::<3>(&cell, &mut particles, 1.0 + skin);
+            assert_eq!(list.travel, 0.0);
+            let share = numbers(&list) as f64 / list.len() as f64;
+            assert!((share - (1.1_f64 / 1.3).powi(3)).abs() < 0.02, "{share}");
+            for (k, x) in particles.position.iter_mut().enumerate() {
+                x[k % 3] += if k / 3 % 2 == 0 { 0.05 } else { -0.05 };
+            }
+            let mut found = BTreeSet::new();
+            for block in 0..list.blocks.len() as u32 {
+                for (head, others) in list.present(block).iter() {
+                    for &other in others {
+                        assert!(found.insert([head.min(other), head.max(other)]));
+                    }
+                }
+            }
+            for i in 0..n {
+                for j in i + 1..n {
+                    let (x, y) = (particles.position[i], particles.position[j]);
+                    let r = cell.nearest::<3>([x[0] - y[0], x[1] - y[1], x[2] - y[2]]);
+                    let square: f64 = r.iter().map(|x| x * x).sum();
+                    assert!(square > 1.0 || found.contains(&[i as u32, j as u32]));
+                }
+            }
+        }
+        list.build::<3>(&grid, &cell, &mut particles, 1.0 + margin, false);
+        assert_eq!(numbers(&list), list.len());
+    }
+
+    #[test]
     fn a_long_box_misses_none_at_the_cutoff() {
         let cell = PeriodicBox::new(&[1e5, 3.0], 1.0).unwrap();
         let n = 400;
@@ -178,7 +252,7 @@ mod tests {
         let mut grid = Grid::new(&cell, 2, n, 1.2);
         grid.renew(&cell, 2, &mut particles);
         let mut list = PairList::default();
-        list.build::<2>(&grid, &cell, &mut particles, (1.2, THIN), false);
+        list.build::<2>(&grid, &cell, &mut particles, 1.2, false);
         assert_eq!(list.len(), n / 2);
     }
 

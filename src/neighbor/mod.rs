@@ -9,10 +9,10 @@ mod rows;
 mod schedule;
 mod skin;
 
-pub use block::{BlockList, Octet, ROUNDS};
+pub use block::{BlockList, ROUNDS};
 pub use clusters::{Clusters, FOUR, Members};
 pub use grid::Grid;
-pub use list::{PairList, THIN};
+pub use list::PairList;
 pub use rows::Rows;
 pub use schedule::Schedule;
-pub use skin::{SkinModel, automatic_skin};
+pub use skin::{SkinModel, margin_and_skin};

@@ -38,11 +38,13 @@ impl Rows {
         self.slots.clear();
     }
 
-    /// Room for so many rows and slots, and none in use.
-    pub(super) fn fit(&mut self, rows: usize, slots: usize) {
-        self.clear();
+    /// Room for as many rows and slots as others have. What is not written holds some slots.
+    pub(crate) fn make_room(&mut self, others: &Self) {
+        let (rows, slots) = (others.ends.len(), others.slots.len());
+        self.ends.clear();
         self.ends.reserve_exact(rows);
         if self.slots.capacity() < slots {
+            self.slots.clear();
             self.slots.reserve_exact(slots + slots / 16);
         }
         self.slots.resize(slots, 0);

@@ -1,5 +1,7 @@
-//! The skin that should cost least: a thick one makes every sweep longer, a thin one makes lists
-//! short-lived. The estimate uses the scene's numbers only, never a clock, so it is reproducible.
+//! Margin and skin that should cost least. Lists hold all pairs within support and margin, and sweeps work
+//! on those within support and skin, which are found among them now and then: a thick skin makes every sweep
+//! longer, a thin one has to be found often; a wide margin makes that take longer, a narrow one has the
+//! lists built often. The estimate uses the scene's numbers only, never a clock, so it is reproducible.
 
 /// What decides how fast particles move apart.
 #[derive(Debug, Clone, Copy)]
@@ -16,15 +18,19 @@ pub struct SkinModel {
     pub n: usize,
     /// D.
     pub dimension: usize,
-    /// Cost of a rebuild in steps, over the share of its cost that a pair in the skin causes.
-    pub rebuild: f64,
+    /// Does a sweep go through the pairs in shuffled order?
+    pub shuffles: bool,
     /// Shortest edge of the box along which blocks are cut [h]; the first axis has long blocks.
     pub edge: f64,
 }
 
 impl SkinModel {
-    /// Expected largest displacement after time t: Ornstein-Uhlenbeck motion and the largest of n
-    /// normal vectors.
+    /// Expected largest of n normal vectors, over the root mean square of their components.
+    fn largest(&self) -> f64 {
+        (2.0 * (self.n as f64 + 1.0).ln()).sqrt() + 0.7 * (self.dimension as f64 - 1.0)
+    }
+
+    /// Expected largest displacement after time t: Ornstein-Uhlenbeck motion.
     fn reach(&self, t: f64) -> f64 {
         let tau = self.friction_time;
         let x = t / tau;
@@ -33,45 +39,76 @@ impl SkinModel {
         } else {
             2.0 * (self.speed * tau).powi(2) * (x + (-x).exp_m1())
         };
-        let largest =
-            (2.0 * (self.n as f64 + 1.0).ln()).sqrt() + 0.7 * (self.dimension as f64 - 1.0);
-        variance.sqrt() * largest + self.drift * t
+        variance.sqrt() * self.largest() + self.drift * t
     }
-}
 
-impl SkinModel {
-    /// Measured for Verlet. The splitting keeps an earlier estimate: with another margin its pairs would come
-    /// in another order.
-    pub fn rebuild_cost(shuffles: bool) -> f64 {
-        if shuffles { 1.0 } else { 4.0 }
-    }
-}
-
-/// The skin [h] with the least estimated cost per step.
-pub fn automatic_skin(model: &SkinModel) -> f64 {
-    let mut best = (f64::INFINITY, 0.1);
-    for k in 1..=60 {
-        let skin = 0.01 * f64::from(k);
+    /// Steps from one renewal of the grid to the next.
+    fn lifetime(&self, margin: f64) -> f64 {
         let (mut low, mut high) = (1.0, 2000.0);
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
-            if model.reach(middle * model.dt) > 0.5 * skin {
+            if self.reach(middle * self.dt) > 0.5 * margin {
                 high = middle;
             } else {
                 low = middle;
             }
         }
-        // Pairs in the skin cost less than pairs that interact, but not much less.
-        let mut cost = (1.0 + skin).powi(model.dimension as i32) + model.rebuild / low;
-        if model.edge < 4.0 * (1.0 + skin) {
+        low
+    }
+
+    /// Cost of sweeps over the pairs within a width, over those of the pairs within the support.
+    fn pairs(&self, width: f64) -> f64 {
+        (1.0 + width).powi(self.dimension as i32)
+    }
+
+    /// The skin that costs least for a margin, and what it costs.
+    fn best_skin(&self, margin: f64) -> (f64, f64) {
+        // What is done to know how far particles have gone counts the fastest ones of each step.
+        let step = (self.speed * self.largest() + self.drift) * self.dt;
+        let mut best = (margin, self.pairs(margin));
+        if step <= 0.0 {
+            return best;
+        }
+        for k in 1..SKINS {
+            let skin = margin * f64::from(k) / f64::from(SKINS);
+            let lifetime = 1.0 + 0.5 * skin / step;
+            let cost = self.pairs(skin) + PRUNE * self.pairs(margin) / lifetime;
+            if cost < best.1 {
+                best = (skin, cost);
+            }
+        }
+        best
+    }
+}
+
+/// What it takes to build the lists, in steps. Measured.
+const REBUILD: f64 = 1.0;
+/// And to find which pairs of a list without margin are within the skin. Measured.
+const PRUNE: f64 = 0.2;
+/// Skins that are tried for a margin.
+const SKINS: u32 = 40;
+
+/// Margin and skin [h] with the least estimated cost per step.
+pub fn margin_and_skin(model: &SkinModel) -> (f64, f64) {
+    let (mut margin, mut least) = (0.1, f64::INFINITY);
+    for k in 1..=60 {
+        let width = 0.01 * f64::from(k);
+        // The splitting goes through all pairs of the list: it needs their order.
+        let pairs = if model.shuffles {
+            model.pairs(width)
+        } else {
+            model.best_skin(width).1
+        };
+        let mut cost = pairs + REBUILD / model.lifetime(width);
+        if model.edge < 4.0 * (1.0 + width) {
             // Fewer than four blocks along an axis: no two of one colour, nothing to share out.
             cost *= 1.2;
         }
-        if cost < best.0 {
-            best = (cost, skin);
+        if cost < least {
+            (margin, least) = (width, cost);
         }
     }
-    best.1
+    (margin, model.best_skin(margin).0)
 }
 
 #[cfg(test)]
@@ -87,24 +124,39 @@ mod tests {
             friction_time: 2.0,
             n: 3375,
             dimension: 3,
-            rebuild: 1.5,
+            shuffles: false,
             edge: 100.0,
         };
-        let skins: Vec<f64> = [1e-6, 1e-4, 1e-3, 1e-2]
+        let widths: Vec<(f64, f64)> = [1e-6, 1e-4, 1e-3, 1e-2]
             .iter()
-            .map(|&speed| automatic_skin(&model(speed)))
+            .map(|&speed| margin_and_skin(&model(speed)))
             .collect();
-        assert!(skins.windows(2).all(|w| w[0] <= w[1]), "{skins:?}");
-        assert!(skins[0] <= 0.02 && skins[3] > 0.1);
+        assert!(widths.windows(2).all(|w| w[0].0 <= w[1].0), "{widths:?}");
+        assert!(widths.windows(2).all(|w| w[0].1 <= w[1].1), "{widths:?}");
+        assert!(widths.iter().all(|w| 0.0 < w.1 && w.1 <= w.0));
+        assert!(widths[0].0 <= 0.02 && widths[3].0 > 0.1);
         let driven = SkinModel {
             drift: 1e-2,
             ..model(1e-6)
         };
-        assert!(automatic_skin(&driven) > 2.0 * skins[0]);
+        assert!(margin_and_skin(&driven).0 > 2.0 * widths[0].0);
         let snug = SkinModel {
-            edge: 4.0 * (1.0 + 0.9 * skins[3]),
+            edge: 4.0 * (1.0 + 0.9 * widths[3].0),
             ..model(1e-2)
         };
-        assert!(4.0 * (1.0 + automatic_skin(&snug)) <= snug.edge);
+        assert!(4.0 * (1.0 + margin_and_skin(&snug).0) <= snug.edge);
+        let still = SkinModel {
+            speed: 0.0,
+            ..model(0.0)
+        };
+        let (margin, skin) = margin_and_skin(&still);
+        assert_eq!(margin, skin);
+        // Where all pairs of the list are worked on anyway a margin costs more.
+        let shuffled = SkinModel {
+            shuffles: true,
+            ..model(1e-3)
+        };
+        let (margin, skin) = margin_and_skin(&shuffled);
+        assert!(margin < widths[2].0 && skin < margin);
     }
 }

@@ -536,7 +536,7 @@ impl Core {
         Ok(engine.friction_rate() / time)
     }
 
-    /// Sizes and counts: pairs in the lists, bytes, skin and margin [length], renewals.
+    /// Sizes and counts: pairs in the lists, bytes, skin and margin [length], how often the grid was renewed and lists pruned.
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let engine = self.lock()?;
         let (skin, margin) = engine.skin_and_margin();
@@ -547,7 +547,7 @@ impl Core {
         result.set_item("skin", skin * engine.units.length)?;
         result.set_item("margin", margin * engine.units.length)?;
         result.set_item("grid_renewals", engine.counters.grid_renewals)?;
-        result.set_item("list_builds", engine.counters.list_builds)?;
+        result.set_item("prunings", engine.counters.prunings)?;
         result.set_item("blocks", engine.grid.blocks)?;
         result.set_item("wall_particles", engine.walls.near.len())?;
         result.set_item("wall_links", engine.walls.link_count())?;

@@ -10,7 +10,7 @@ use super::errors::to_python;
 use super::walls::WallField;
 use crate::domain::PeriodicBox;
 use crate::kernel::{Kernel, Lucy, QuinticSpline, WendlandC2, WendlandC4};
-use crate::neighbor::{SkinModel, automatic_skin};
+use crate::neighbor::{SkinModel, margin_and_skin};
 use crate::random::{Gaussian, Stream, SweepKey, Uniform, Variate};
 use crate::real::Plain;
 use crate::sweep::force_variates as force_variates_of;
@@ -337,12 +337,12 @@ fn relax_positions<'py>(
     Ok((to_table(py, flat, dimension)?, spread))
 }
 
-/// The margin that a simulation will choose, in supports; lengths in supports, one unit of time.
+/// Margin and skin that a simulation will choose, in supports; lengths in supports, one unit of time.
 #[pyfunction]
 #[pyo3(signature = (*, particles, dimension, shortest_edge, dt, thermal_speed, flow_speed,
     friction_time, shuffles))]
 #[allow(clippy::too_many_arguments)]
-fn list_margin(
+fn list_margins(
     particles: usize,
     dimension: usize,
     shortest_edge: f64,
@@ -351,15 +351,15 @@ fn list_margin(
     flow_speed: f64,
     friction_time: f64,
     shuffles: bool,
-) -> f64 {
-    automatic_skin(&SkinModel {
+) -> (f64, f64) {
+    margin_and_skin(&SkinModel {
         dt,
         speed: thermal_speed,
         drift: flow_speed,
         friction_time,
         n: particles,
         dimension,
-        rebuild: SkinModel::rebuild_cost(shuffles),
+        shuffles,
         edge: shortest_edge,
     })
 }
@@ -442,7 +442,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(registry_table, module)?)?;
     module.add_function(wrap_pyfunction!(normal_velocities, module)?)?;
     module.add_function(wrap_pyfunction!(uniform_positions, module)?)?;
-    module.add_function(wrap_pyfunction!(list_margin, module)?)?;
+    module.add_function(wrap_pyfunction!(list_margins, module)?)?;
     module.add_function(wrap_pyfunction!(curvature_weight, module)?)?;
     module.add_function(wrap_pyfunction!(wall_completion, module)?)?;
     module.add_function(wrap_pyfunction!(check_walls, module)?)?;

@@ -24,6 +24,7 @@ pub fn write<'py>(py: Python<'py>, engine: &Engine) -> PyResult<Bound<'py, PyDic
     state.set_item("image", bytes_of(py, &particles.image))?;
     state.set_item("grid_reference", bytes_of(py, &engine.grid.reference))?;
     state.set_item("list_reference", bytes_of(py, &engine.list.reference))?;
+    state.set_item("list_travel", engine.list.travel)?;
     state.set_item("wall_force", engine.walls.force.concat())?;
     for (_, scalar) in particles.saved_scalars() {
         state.set_item(scalar.name, bytes_of(py, &scalar.values))?;
@@ -49,7 +50,7 @@ pub struct Parsed {
     row: Vec<u32>,
     image: Vec<[i32; 3]>,
     grid: Vec<[f64; 3]>,
-    list: Vec<[f64; 3]>,
+    list: Option<(Vec<[f64; 3]>, f64)>,
     wall_force: Vec<f64>,
     wall_impulse: Vec<f64>,
     wall_crossings: u64,
@@ -147,7 +148,13 @@ impl Parsed {
             row: values_of(state, "row", n)?,
             image: values_of(state, "image", n)?,
             grid: values_of(state, "grid_reference", n)?,
-            list: values_of(state, "list_reference", listed)?,
+            list: match state.get_item("list_travel")? {
+                Some(travel) => Some((
+                    values_of(state, "list_reference", listed)?,
+                    travel.extract()?,
+                )),
+                None => None,
+            },
             wall_force: numbers_of(state, "wall_force", 6 * engine.walls.force.len())?,
             wall_impulse: numbers_of(state, "wall_impulse", 6 * engine.walls.force.len())?,
             wall_crossings: match state.get_item("wall_crossings")? {
@@ -164,10 +171,10 @@ impl Parsed {
         finite("position", all3(&parsed.position))?;
         finite("velocity", all3(&parsed.velocity))?;
         finite("force", all3(&parsed.force))?;
-        for (what, reference) in [
-            ("grid_reference", &parsed.grid),
-            ("list_reference", &parsed.list),
-        ] {
+        let none = (Vec::new(), 0.0);
+        let (list, travel) = parsed.list.as_ref().unwrap_or(&none);
+        finite("list_travel", travel.is_finite() && *travel >= 0.0)?;
+        for (what, reference) in [("grid_reference", &parsed.grid), ("list_reference", list)] {
             finite(what, reference.iter().flatten().all(|x| x.is_finite()))?;
         }
         Ok(parsed)
@@ -201,7 +208,8 @@ impl Parsed {
         }
         engine.walls.crossings = self.wall_crossings;
         engine.set_clock(self.clock, self.step);
-        engine.restore(&self.grid, &self.list, &self.position, &self.force);
+        let list = self.list.as_ref().map(|(at, travel)| (&at[..], *travel));
+        engine.restore(&self.grid, list, &self.position, &self.force);
         // Like the particles' forces, those on walls may be of velocities between two steps.
         let wrenches = engine.walls.force.iter_mut();
         for (wrench, values) in wrenches.zip(self.wall_force.chunks_exact(6)) {

@@ -5,7 +5,6 @@
 
 use std::marker::PhantomData;
 
-use super::density::know_near;
 use super::noise::{Noise, ParticleWords, particle_words};
 use super::precision::{Copies, Precision, States};
 use super::rows::{Companion, Ends, Geometry, Pairs, ROOM, whole};
@@ -493,10 +492,9 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
         if V::ON {
             fetch(&turn, source.word.as_ptr(), source.word.len());
         }
-        let near = list.present(turn.number);
         sweep_block::<K, F, V, P, D, CONSERVATIVE>(
             &source,
-            near,
+            list.present(turn.number),
             &force,
             &kick,
             sums,
@@ -511,13 +509,12 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
 pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
-    list: &mut PairList,
+    list: &PairList,
     cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
     mut tally: Option<&mut Tally>,
 ) {
-    know_near::<K, P, D>(particles, grid, list, cell);
     let sums = tally.as_deref_mut().map(Tally::begin);
     let Particles {
         position,
@@ -542,13 +539,12 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D
 pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize>(
     particles: &mut Particles,
     grid: &Grid,
-    list: &mut PairList,
+    list: &PairList,
     cell: &PeriodicBox,
     kick: Kick,
     key: SweepKey,
     mut tally: Option<&mut Tally>,
 ) {
-    know_near::<K, P, D>(particles, grid, list, cell);
     let sums = tally.as_deref_mut().map(Tally::begin);
     let Particles {
         position,

@@ -11,10 +11,10 @@ mod density;
 mod exchange;
 mod force;
 mod heat_tally;
-mod near;
 mod noise;
 mod pair_state;
 mod precision;
+mod prune;
 mod rows;
 mod tally;
 mod thermal_exchange;
@@ -34,6 +34,7 @@ pub use force::{drag_forces, force_variates, pair_forces};
 pub use heat_tally::{HeatMoment, HeatTally};
 pub use pair_state::States;
 pub use precision::{Copies, Double, Mixed, Precision};
+pub(crate) use prune::Prune;
 pub(crate) use rows::{MOST, Separation, first_lanes};
 pub use tally::{Tally, Tensor};
 pub use thermal_exchange::{Slopes, ThermalSweep, slopes, thermal_exchange};
@@ -50,7 +51,7 @@ pub use work::pair_work;
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use crate::neighbor::{BlockList, Grid};
+use crate::neighbor::{BlockList, Grid, Rows};
 
 /// Pairs per chunk: what a stage reads and writes stays in the first-level cache, or near it.
 pub(crate) const CHUNK: usize = 256;
@@ -201,15 +202,15 @@ impl Walk {
     #[inline(always)]
     pub(crate) fn next_pairs(
         &mut self,
-        block: &BlockList,
+        rows: &Rows,
         count: usize,
         mut visit: impl FnMut(u32, usize, &[u32]),
     ) -> usize {
         let begin = self.pair;
-        let stop = self.stop(&block.rows.ends, count);
-        while let Some((head, pairs)) = self.next_row(&block.rows.ends, stop) {
+        let stop = self.stop(&rows.ends, count);
+        while let Some((head, pairs)) = self.next_row(&rows.ends, stop) {
             let lane = pairs.start - begin as usize;
-            visit(head, lane, &block.rows.slots[pairs]);
+            visit(head, lane, &rows.slots[pairs]);
         }
         (stop - begin) as usize
     }
@@ -219,14 +220,14 @@ impl Walk {
     #[inline(always)]
     pub(crate) fn fill(
         &mut self,
-        block: &BlockList,
+        rows: &Rows,
         mut row: impl FnMut(usize, u32, &[u32]) -> usize,
     ) -> usize {
         let mut count = 0;
         // Stop before the free lanes become too few to be worth a pass.
         while CHUNK - count >= 16 {
             let free = CHUNK - count;
-            let taken = self.next_pairs(block, free, |head, _, partners| {
+            let taken = self.next_pairs(rows, free, |head, _, partners| {
                 count = row(count, head, partners);
             });
             if taken < free {

@@ -7,7 +7,7 @@ use super::rows::MOST;
 use super::wide::{Turning, Vector, Wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
-use crate::neighbor::{Grid, PairList, THIN};
+use crate::neighbor::{Grid, PairList};
 use crate::real::{ROUNDER, Real};
 use crate::state::Particles;
 
@@ -143,10 +143,6 @@ pub trait Precision: Copy + Send + Sync + 'static {
     ) -> States<'a, Self::Real>;
     /// Do `states` lie side by side?
     const TOGETHER: bool;
-    /// Up to which skin [h] sweeps work on all pairs of the list.
-    fn thin(_: usize) -> f64 {
-        THIN
-    }
     /// Finds the number densities four by four particles, where that is possible.
     fn densities_of_clusters<K: Kernel, const D: usize>(
         _: &mut Particles,
@@ -261,23 +257,22 @@ impl Precision for Mixed {
         }
     }
     const TOGETHER: bool = true;
-    /// What clusters spare in the densities outweighs the forces of some more pairs.
-    fn thin(dimension: usize) -> f64 {
-        if dimension == 3 { 0.08 } else { THIN }
-    }
     fn densities_of_clusters<K: Kernel, const D: usize>(
         particles: &mut Particles,
         grid: &Grid,
         list: &mut PairList,
         cell: &PeriodicBox,
     ) -> bool {
-        let possible = D == 3 && list.is_thin;
+        let possible = D == 3 && list.cutoff <= 1.0 + CLUSTERED;
         if possible {
             clusters::densities::<K>(particles, grid, list, cell);
         }
         possible
     }
 }
+
+/// Up to this margin [h] clusters are not too far from each other.
+const CLUSTERED: f64 = 0.15;
 
 /// 2^32.
 const TURN: f64 = 4_294_967_296.0;

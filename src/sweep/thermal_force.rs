@@ -8,7 +8,7 @@ use super::tally::{BlockSums, PartLanes, Tally, Virial, add_outer};
 use super::thermal_exchange::Slopes;
 use super::{CHUNK, Shared, Task, Walk, Wide, for_each_block, padded, run_wide};
 use crate::domain::PeriodicBox;
-use crate::neighbor::{BlockList, Grid, PairList};
+use crate::neighbor::{Grid, PairList, Rows};
 use crate::physics::{Exchanges, PairState, ThermalRates};
 use crate::random::{SweepKey, Variate, pair_counter, philox4x32_lanes};
 use crate::real::Arithmetic;
@@ -40,7 +40,7 @@ struct Lanes {
 }
 
 struct ForceTask<'a, X, V, const D: usize> {
-    block: &'a BlockList,
+    rows: &'a Rows,
     cell: &'a PeriodicBox,
     position: &'a [[f64; 4]],
     velocity: &'a [[f64; 4]],
@@ -60,7 +60,7 @@ impl<X: Exchanges, V: Variate, const D: usize> ForceTask<'_, X, V, D> {
     /// Fills the lanes from the list; returns how many are in use.
     #[inline(always)]
     fn gather(&self, lanes: &mut Lanes, walk: &mut Walk) -> usize {
-        walk.fill(self.block, |count, head, partners| {
+        walk.fill(self.rows, |count, head, partners| {
             self.gather_row(lanes, count, head, partners)
         })
     }
@@ -278,7 +278,7 @@ impl<X: Exchanges, V: Variate, const D: usize> Task for ForceTask<'_, X, V, D> {
                     ),
                 }
             }
-            if walk.at_end(&self.block.rows.ends) {
+            if walk.at_end(&self.rows.ends) {
                 break;
             }
         }
@@ -322,9 +322,9 @@ pub fn thermal_forces<X: Exchanges, V: Variate, const D: usize>(
     let work = Shared::new(work);
     let (position, id) = (&particles.position, &particles.id);
     let (velocity, state) = (&particles.scratch, &particles.drag);
-    for_each_block(sweep.grid, &sweep.list.blocks, false, &|number, block| {
+    for_each_block(sweep.grid, &sweep.list.blocks, false, &|number, _| {
         run_wide(ForceTask::<X, V, D> {
-            block,
+            rows: sweep.list.present(number),
             cell: sweep.cell,
             position,
             velocity,

@@ -4,7 +4,6 @@
 
 use std::marker::PhantomData;
 
-use super::density::know_near;
 use super::heat_tally::{Flow, HeatMoment, HeatSums, HeatTally};
 use super::precision::Double;
 use super::rows::{Companion, Ends, Pairs, ROOM, whole};
@@ -130,11 +129,10 @@ pub fn pair_work<K: Kernel, const D: usize>(
     particles: &mut Particles,
     work: usize,
     grid: &Grid,
-    list: &mut PairList,
+    list: &PairList,
     cell: &PeriodicBox,
     current: Option<&mut HeatTally>,
 ) {
-    know_near::<K, Double, D>(particles, grid, list, cell);
     let current = current.map(|it| {
         it.begin();
         it.sums()

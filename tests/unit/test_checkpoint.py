@@ -76,6 +76,28 @@ def test_continues_after_writing_and_a_new_dt(tmp_path):
     assert_same_bits(sim, other)
 
 
+@pytest.mark.parametrize("shrink", [1.0, 0.8])
+def test_files_that_do_not_know_how_far_particles_have_gone(tmp_path, shrink):
+    """Of earlier versions: they hold no list of their own, and their margin may have been wider."""
+    sim = small(integrator="velocity_verlet", edge=30)
+    sim.run(steps=17)
+    path = tmp_path / "state.sdpd"
+    sim.save(path)
+
+    def older(header, arrays):
+        del header["list_travel"]
+        arrays["list_reference"] = np.zeros((0, 3))
+        middle = 0.5 * np.array([*sim.scene.box.lengths, 0.0]) / sim.scene.support_radius
+        arrays["grid_reference"] = middle + shrink * (arrays["grid_reference"] - middle)
+
+    forged(path, older)
+    other = sdpd.load(path)
+    np.testing.assert_allclose(other.densities, sim.densities, rtol=1e-12)
+    sim.run(steps=20)
+    other.run(steps=20)
+    np.testing.assert_allclose(other.velocities, sim.velocities, rtol=0.0, atol=1e-9)
+
+
 def test_saving_changes_no_bit(tmp_path):
     plain, saving = small(), small()
     plain.run(steps=20)

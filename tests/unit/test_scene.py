@@ -545,8 +545,9 @@ class TestCost:
     def test_margin_in_a_plane(self):
         scene = reduced_scene(2)
         sim = sdpd.Simulation(scene, threads=1)
-        assert cost.margin(scene, sim.dt, sim.integrator) == pytest.approx(
-            sim.statistics()["margin"], rel=1e-9
+        found = sim.statistics()
+        assert cost.widths(scene, sim.dt, sim.integrator) == pytest.approx(
+            (found["margin"], found["skin"]), rel=1e-9
         )
 
     def test_iterations_take_memory_and_uniform_variates_less_time(self):
@@ -555,38 +556,31 @@ class TestCost:
             scene.cost(sdpd.VelocityVerlet(**options))
             for options in ({}, {"iterations": 1}, {"noise": "gaussian"})
         )
-        skins = [
+        margins = [
             cost.margin(scene, one.dt, sdpd.VelocityVerlet()) / scene.support_radius
             for one in (plain, again)
         ]
-        # a list of those within the support as well where the skin is not thin
-        each = [8.4 - 4.4 * (skin <= 0.035) for skin in skins]
-        listed = [
-            bytes_of_pair * scene.pairs_per_particle * (1.0 + skin) ** 3
-            for bytes_of_pair, skin in zip(each, skins, strict=True)
-        ]
+        listed = [8.4 * scene.pairs_per_particle * (1.0 + margin) ** 3 for margin in margins]
         more = (again.memory - plain.memory) / scene.n_particles
         assert more - listed[1] + listed[0] == pytest.approx(64.0)
         assert normal.seconds_per_step / plain.seconds_per_step == pytest.approx(16.0 / 13.0)
 
-    @pytest.mark.parametrize("dimension", [2, 3])
-    def test_mixed_precision_takes_memory_and_less_time(self, dimension):
-        scene = reduced_scene(dimension)
+    @pytest.mark.parametrize(
+        ("dimension", "eta", "clustered"), [(2, 500.0, False), (3, 20.0, False), (3, 500.0, True)]
+    )
+    def test_mixed_precision_takes_memory_and_less_time(self, dimension, eta, clustered):
+        scene = reduced_scene(dimension, eta)
         double, mixed = (
             scene.cost("velocity_verlet", precision=kind) for kind in ("double", "mixed")
         )
         assert scene.cost("velocity_verlet").precision == "double"
         assert mixed.seconds_per_step / double.seconds_per_step == pytest.approx(1.6 / 2.4)
         more = (mixed.memory - double.memory) / scene.n_particles
-        if dimension == 2:
-            assert more == pytest.approx(45.0)
-        else:
-            sim = sdpd.Simulation(scene, integrator="velocity_verlet", precision="mixed", threads=1)
-            skin = sim.statistics()["margin"] / scene.support_radius
-            pairs = scene.pairs_per_particle * (1.0 + skin) ** 3
-            near = 4.4 * (0.035 < skin <= 0.08)
-            clusters = (118.0 + pairs) * (skin <= 0.08)
-            assert more == pytest.approx(45.0 - near * pairs + clusters)
+        sim = sdpd.Simulation(scene, integrator="velocity_verlet", precision="mixed", threads=1)
+        margin = sim.statistics()["margin"] / scene.support_radius
+        assert clustered == (dimension == 3 and margin <= 0.15)
+        pairs = scene.pairs_per_particle * (1.0 + margin) ** 3
+        assert more == pytest.approx(40.0 + (60.0 + pairs) * clustered)
 
     @pytest.mark.parametrize(
         ("precision", "energy", "message"),

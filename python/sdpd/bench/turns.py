@@ -19,7 +19,8 @@ __all__ = ["Lists", "Runs", "Spread", "take_turns"]
 Key = TypeVar("Key", bound=Hashable)
 
 FEWEST = 16  # steps of a turn: to take over and show the state must not count for much
-ENOUGH, LONGEST, SHORT = 5, 120, 3  # lists, steps to wait for them, the same to try it
+ENOUGH, SHORT, LONG = 5, 120, 2.0  # lists, and how long to wait for them: steps, seconds
+TRY = 3  # steps to wait to try it
 
 
 @dataclass(frozen=True)
@@ -76,9 +77,12 @@ class Lists:
     @classmethod
     def of(cls, sim: Simulation, *, quick: bool = False) -> Lists:
         """Measured step by step, until a few lists have been built; 0 where nothing stands out."""
-        longest = SHORT if quick else LONGEST
         times: dict[bool, list[float]] = {True: [], False: []}
-        while len(times[True]) < ENOUGH and len(times[True]) + len(times[False]) < longest:
+        began = time.perf_counter()
+        while len(times[True]) < ENOUGH:
+            steps = len(times[True]) + len(times[False])
+            if steps >= (TRY if quick else SHORT) and (quick or time.perf_counter() - began > LONG):
+                break
             before = _builds(sim)
             begin = time.perf_counter()
             sim.run(1, progress=False)
@@ -140,7 +144,8 @@ class Runs:
 
 
 def _builds(sim: Simulation) -> int:
-    return int(sim.statistics()["list_builds"])
+    """Lists built from scratch: to find the pairs near enough among theirs takes no time to speak of."""
+    return int(sim.statistics()["grid_renewals"])
 
 
 def take_turns(
