@@ -84,7 +84,7 @@ pub fn relax<const D: usize>(
         pair_forces::<WendlandC2, Frictionless, Silent, Double, D>(
             &mut particles,
             &grid,
-            &mut list,
+            &list,
             cell,
             silent,
             key,

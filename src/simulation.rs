@@ -81,6 +81,22 @@ pub struct Moved {
     speed: f64,
 }
 
+/// v += t f.
+#[inline(always)]
+fn kick_by(v: &mut [f64; 4], f: &[f64; 4], t: f64) {
+    for a in 0..3 {
+        v[a] += t * f[a];
+    }
+}
+
+/// v += t (f + more).
+#[inline(always)]
+fn kick_both(v: &mut [f64; 4], f: &[f64; 4], more: &[f64; 3], t: f64) {
+    for a in 0..3 {
+        v[a] += t * (f[a] + more[a]);
+    }
+}
+
 /// The square of a vector. A NaN must win every comparison, or nobody would see it.
 #[inline(always)]
 fn visible_square([x, y, z]: [f64; 3]) -> f64 {
@@ -848,28 +864,26 @@ impl Engine {
 
     /// v += t f, body force included.
     pub(crate) fn kick(&mut self, t: f64) {
-        self.walls.kick(t);
-        if let Some(tally) = &mut self.tally {
-            tally.kick(t);
-        }
+        self.note_kick(t);
         let (cell, body) = (self.cell, self.body_force);
         let particles = &mut self.particles;
         let velocity = particles.velocity.par_iter_mut().with_min_len(GRAIN);
         let records = velocity.zip(&particles.force).zip(&particles.position);
         match body {
-            BodyForce::None => records.for_each(|((v, f), _)| {
-                for a in 0..3 {
-                    v[a] += t * f[a];
-                }
-            }),
+            BodyForce::None => records.for_each(|((v, f), _)| kick_by(v, f, t)),
             _ => records.for_each(|((v, f), position)| {
-                let extra = body.at(position, &cell);
-                for a in 0..3 {
-                    v[a] += t * (f[a] + extra[a]);
-                }
+                kick_both(v, f, &body.at(position, &cell), t);
             }),
         }
         self.stopwatch.lap(Phase::Motion);
+    }
+
+    /// Walls and observers' sums of a kick.
+    fn note_kick(&mut self, t: f64) {
+        self.walls.kick(t);
+        if let Some(tally) = &mut self.tally {
+            tally.kick(t);
+        }
     }
 
     /// scratch = v + t (f + body force)/2, the mean of the velocities before and after a kick of
@@ -956,17 +970,42 @@ impl Engine {
             });
     }
 
-    /// r += v dt; how far the particles are from where grid and list were built.
+    /// r += v dt; how far the particles are from where the grid was built.
     pub(crate) fn move_particles(&mut self, dt: f64) -> Result<Moved> {
+        self.move_each(dt, |_, _, _| ())
+    }
+
+    /// v += t f, body force included, then r += v dt.
+    pub(crate) fn kick_and_move(&mut self, t: f64, dt: f64) -> Result<Moved> {
+        self.note_kick(t);
+        let (cell, body) = (self.cell, self.body_force);
+        match body {
+            BodyForce::None => self.move_each(dt, |v, f, _| kick_by(v, f, t)),
+            _ => self.move_each(dt, |v, f, position| {
+                kick_both(v, f, &body.at(position, &cell), t);
+            }),
+        }
+    }
+
+    /// Moves the particles, after `first` has been done to each: to its velocity, by force and position.
+    #[inline(always)]
+    fn move_each(
+        &mut self,
+        dt: f64,
+        first: impl Fn(&mut [f64; 4], &[f64; 4], &[f64; 4]) + Sync + Send,
+    ) -> Result<Moved> {
         let particles = &mut self.particles;
-        let records = particles
+        let moved = particles
             .position
             .par_iter_mut()
             .with_min_len(GRAIN)
-            .zip(&particles.velocity)
-            .zip(&self.grid.reference);
-        let moved = records
-            .map(|((position, v), grid)| Moved::new(position, v, grid, dt))
+            .zip(particles.velocity.par_iter_mut())
+            .zip(&particles.force)
+            .zip(&self.grid.reference)
+            .map(|(((position, v), f), grid)| {
+                first(v, f, position);
+                Moved::new(position, v, grid, dt)
+            })
             .reduce(Moved::default, Moved::most);
         if moved.speed * dt * dt > RUNAWAY * RUNAWAY {
             return Err(self.find_runaway(dt));

@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::kernel::Kernel;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
-use crate::simulation::Engine;
+use crate::simulation::{Engine, Moved};
 use crate::state::Records;
 use crate::stopwatch::Phase;
 use crate::sweep::{
@@ -92,6 +92,7 @@ pub(crate) fn update_densities<K: Kernel, P: Precision, const D: usize>(engine: 
     densities::<K, P, D>(engine);
     let Engine {
         particles,
+        cell,
         eos,
         units,
         walls,
@@ -100,7 +101,7 @@ pub(crate) fn update_densities<K: Kernel, P: Precision, const D: usize>(engine: 
     } = engine;
     let (to_mass_density, from_pressure) = (units.mass_density(), 1.0 / units.pressure());
     let pressure = |d| eos.pressure(d * to_mass_density) * from_pressure;
-    site_pressures(particles, pressure);
+    site_pressures::<P>(particles, cell, pressure);
     wall_pressures(walls, pressure);
     stopwatch.lap(Phase::Densities);
 }
@@ -220,6 +221,22 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
 /// Moves the particles and brings the lists up to date.
 pub(crate) fn drift<const D: usize>(engine: &mut Engine, dt: f64, shuffle: bool) -> Result<()> {
     let moved = engine.move_particles(dt)?;
+    follow::<D>(engine, dt, moved, shuffle)
+}
+
+/// A kick of t before, in one go through the particles.
+pub(crate) fn kick_and_drift<const D: usize>(
+    engine: &mut Engine,
+    t: f64,
+    dt: f64,
+    shuffle: bool,
+) -> Result<()> {
+    let moved = engine.kick_and_move(t, dt)?;
+    follow::<D>(engine, dt, moved, shuffle)
+}
+
+/// Lists and observers' sums after particles have been moved.
+fn follow<const D: usize>(engine: &mut Engine, dt: f64, moved: Moved, shuffle: bool) -> Result<()> {
     if let Some(tally) = &mut engine.tally {
         tally.drift(dt, &engine.particles.velocity);
     }

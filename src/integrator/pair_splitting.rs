@@ -6,8 +6,8 @@
 use std::marker::PhantomData;
 
 use super::{
-    ForceParts, Integrator, Source, conservative_forces, drift, force_parts, mean_friction_weight,
-    update_densities,
+    ForceParts, Integrator, Source, conservative_forces, force_parts, kick_and_drift,
+    mean_friction_weight, update_densities,
 };
 use crate::error::Result;
 use crate::kernel::Kernel;
@@ -94,8 +94,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize> Integ
         for _ in 0..steps {
             let started = engine.step;
             self.exchange(engine, 0.5 * dt, started, Direction::Forward);
-            engine.kick(0.5 * dt);
-            drift::<D>(engine, dt, self.shuffles())?;
+            kick_and_drift::<D>(engine, 0.5 * dt, dt, self.shuffles())?;
             engine.step += 1;
             update_densities::<K, P, D>(engine);
             conservative_forces::<K, P, D>(engine);

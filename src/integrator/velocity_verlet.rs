@@ -8,7 +8,7 @@
 use std::marker::PhantomData;
 
 use super::{
-    ForceParts, Integrator, Source, drift, force_parts, forces, mean_friction_weight,
+    ForceParts, Integrator, Source, force_parts, forces, kick_and_drift, mean_friction_weight,
     update_densities,
 };
 use crate::error::Result;
@@ -86,8 +86,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize> Integ
 
     fn run(&self, engine: &mut Engine, steps: u64, dt: f64) -> Result<()> {
         for _ in 0..steps {
-            engine.kick(0.5 * dt);
-            drift::<D>(engine, dt, false)?;
+            kick_and_drift::<D>(engine, 0.5 * dt, dt, false)?;
             engine.step += 1;
             update_densities::<K, P, D>(engine);
             forces::<K, F, V, P, D>(engine, dt);

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use rayon::prelude::*;
 
-use super::precision::Precision;
+use super::precision::{Precision, Turns, Twice};
 use super::rows::{Companion, Ends, Members, ROOM, Wrap, row_sums, whole};
 use super::wide::Vector;
 use super::{Shared, Task, Walk, Wide, fetch, for_each_block_with, run_wide};
@@ -156,25 +156,52 @@ pub fn number_densities<K: Kernel, P: Precision, const D: usize>(
     });
 }
 
-/// Writes s = d^(-1/2) and P/d^2 into the particles' records; `pressure(d)` is P in reduced units.
-pub fn site_pressures(particles: &mut Particles, pressure: impl Fn(f64) -> f64 + Sync) {
-    particles
-        .position
+/// Writes s = d^(-1/2) and P/d^2 into the particles' records; `pressure(d)` is P in reduced units. Copies of these
+/// records for the forces are made on the way.
+pub fn site_pressures<P: Precision>(
+    particles: &mut Particles,
+    cell: &PeriodicBox,
+    pressure: impl Fn(f64) -> f64 + Sync,
+) {
+    let Particles {
+        position,
+        velocity,
+        density,
+        copies,
+        ..
+    } = particles;
+    let number = position.len();
+    let records = position
         .par_chunks_mut(GRAIN)
-        .zip(particles.velocity.par_chunks_mut(GRAIN))
-        .zip(particles.density.par_chunks(GRAIN))
-        .for_each(|((position, velocity), density)| {
-            let mut scalars = [[0.0; GRAIN]; 2];
-            for (k, &d) in density.iter().enumerate() {
-                scalars[1][k] = pressure(d);
-            }
-            run_wide(Scale {
-                density,
-                scalars: &mut scalars,
-            });
-            for (k, (position, velocity)) in position.iter_mut().zip(velocity).enumerate() {
-                position[3] = scalars[0][k];
-                velocity[3] = scalars[1][k];
+        .zip(velocity.par_chunks_mut(GRAIN))
+        .zip(density.par_chunks(GRAIN));
+    let scale = |position: &mut [[f64; 4]], velocity: &mut [[f64; 4]], density: &[f64]| {
+        let mut scalars = [[0.0; GRAIN]; 2];
+        for (k, &d) in density.iter().enumerate() {
+            scalars[1][k] = pressure(d);
+        }
+        run_wide(Scale {
+            density,
+            scalars: &mut scalars,
+        });
+        for (k, (position, velocity)) in position.iter_mut().zip(velocity).enumerate() {
+            position[3] = scalars[0][k];
+            velocity[3] = scalars[1][k];
+        }
+    };
+    copies.twice_is_present = P::TOGETHER;
+    if !P::TOGETHER {
+        records.for_each(|((x, v), d)| scale(x, v, d));
+        return;
+    }
+    let turns = Turns::of(cell);
+    copies.twice.resize(number, Twice::default());
+    records
+        .zip(copies.twice.par_chunks_mut(GRAIN))
+        .for_each(|(((x, v), d), copy)| {
+            scale(x, v, d);
+            for ((to, x), v) in copy.iter_mut().zip(x).zip(v) {
+                *to = turns.with_velocity(x, v);
             }
         });
 }

@@ -470,9 +470,10 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
 {
     force.fill([0.0; 4]);
     let force = Shared::new(force);
+    let present = std::mem::take(&mut copies.twice_is_present) && CONSERVATIVE;
     let source = Source {
         cell,
-        states: P::states([position, velocity], cell, &mut copies.twice),
+        states: P::states([position, velocity], cell, &mut copies.twice, present),
         word: if V::ON {
             particle_words(&key, id, &mut copies.words)
         } else {

@@ -20,6 +20,8 @@ pub struct Copies {
     pub(crate) place: Vec<[f32; 4]>,
     /// Positions and velocities.
     pub(crate) twice: Vec<Twice<f32>>,
+    /// Are they those that came with the pressures, for the forces that follow?
+    pub(crate) twice_is_present: bool,
     /// The same by cluster.
     pub(crate) packed: Packed,
     /// Words of the particles in a sweep that draws the noise of pairs from them.
@@ -99,6 +101,12 @@ impl Turns {
         ]
     }
 
+    /// The same, and the record of its velocity.
+    #[inline(always)]
+    pub(super) fn with_velocity(&self, position: &[f64; 4], velocity: &[f64; 4]) -> Twice<f32> {
+        Twice([self.of_record(position), velocity.map(|v| v as f32)])
+    }
+
     /// Bits of an integer: the lowest ones of a sum with a large number.
     #[inline(always)]
     pub(super) fn of_axis(&self, axis: usize, x: f64) -> f32 {
@@ -135,11 +143,12 @@ pub trait Precision: Copy + Send + Sync + 'static {
         cell: &PeriodicBox,
         copy: &'a mut Vec<[f32; 4]>,
     ) -> &'a [[Self::Real; 4]];
-    /// Positions and velocities as lanes want them.
+    /// Positions and velocities as lanes want them; they may be `present` in the copy.
     fn states<'a>(
         state: [&'a [[f64; 4]]; 2],
         cell: &PeriodicBox,
         copy: &'a mut Vec<Twice<f32>>,
+        present: bool,
     ) -> States<'a, Self::Real>;
     /// Do `states` lie side by side?
     const TOGETHER: bool;
@@ -193,6 +202,7 @@ impl Precision for Double {
         [place, motion]: [&'a [[f64; 4]]; 2],
         _: &PeriodicBox,
         _: &'a mut Vec<Twice<f32>>,
+        _: bool,
     ) -> States<'a, f64> {
         let twice = &[];
         States {
@@ -242,13 +252,15 @@ impl Precision for Mixed {
         [position, velocity]: [&'a [[f64; 4]]; 2],
         cell: &PeriodicBox,
         copy: &'a mut Vec<Twice<f32>>,
+        present: bool,
     ) -> States<'a, f32> {
-        let turns = Turns::of(cell);
-        copy.resize(position.len(), Twice::default());
-        let all = copy.par_iter_mut().zip(position).zip(velocity);
-        all.with_min_len(2048).for_each(|((to, x), v)| {
-            *to = Twice([turns.of_record(x), v.map(|v| v as f32)]);
-        });
+        if !present {
+            let turns = Turns::of(cell);
+            copy.resize(position.len(), Twice::default());
+            let all = copy.par_iter_mut().zip(position).zip(velocity);
+            all.with_min_len(2048)
+                .for_each(|((to, x), v)| *to = turns.with_velocity(x, v));
+        }
         let (place, motion) = (&[], &[]);
         States {
             place,

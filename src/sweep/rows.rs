@@ -18,6 +18,10 @@ pub(super) const STRIDE: usize = 4 * LANES;
 /// Lanes of a chunk, with room for what the last ones leave over.
 pub(super) const ROOM: usize = CHUNK + STRIDE;
 
+/// Bytes of a cache line and of a page of memory.
+const LINE: usize = 64;
+const PAGE: usize = 4096;
+
 // A bit for each vector of a chunk, and one more.
 const _: () = assert!(CHUNK / LANES < 64);
 
@@ -252,6 +256,25 @@ pub(super) struct Members {
     first: usize,
 }
 
+/// Tells the machine that the partners of the chunk after the next will be read: what it foresees by itself ends
+/// with a page of memory.
+#[inline(always)]
+fn ask_ahead(slots: &[u32], next: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if slots.len() * size_of::<u32>() > PAGE {
+        let begin = slots.as_ptr().wrapping_add(next + CHUNK);
+        for line in 0..CHUNK * size_of::<u32>() / LINE {
+            // SAFETY: no more than a hint, of no effect where nothing can be read.
+            unsafe {
+                use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+                _mm_prefetch::<_MM_HINT_T0>(begin.wrapping_byte_add(LINE * line).cast());
+            }
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (slots, next);
+}
+
 impl Members {
     pub(super) fn new() -> Self {
         Self {
@@ -272,6 +295,7 @@ impl Members {
         companion: &mut impl Companion<V>,
     ) {
         let several = self.enter::<V>(near, walk);
+        ask_ahead(&near.slots, self.first + self.count);
         let vectors = self.count.div_ceil(V::LANES);
         let mut left = (1 << vectors) - 1;
         // Rows may be short, as in a plane.

@@ -144,7 +144,7 @@ class Runs:
 
 
 def _builds(sim: Simulation) -> int:
-    """Lists built from scratch: to find the pairs near enough among theirs takes no time to speak of."""
+    """Lists built from scratch; to find what is near among their pairs is part of every step."""
     return int(sim.statistics()["grid_renewals"])
 
 

@@ -49,6 +49,7 @@ pub(super) fn densities(particles: &mut Particles, walls: &mut Walls, dimension:
 /// P/d^2 becomes P/d^2/(1 - Delta).
 pub(super) fn lend_shares(particles: &mut Particles, walls: &mut Walls) {
     let state = &mut walls.state;
+    particles.copies.twice_is_present = false;
     for (number, near) in walls.near.iter().enumerate() {
         let share = &mut particles.velocity[near.slot as usize][3];
         state.kept[number] = *share;
