@@ -294,7 +294,7 @@ class Particles:
         return self._core.friction_rate()
 
     def statistics(self) -> dict[str, Any]:
-        """Sizes and counts of the core: pairs, bytes, skin and margin, renewals, prunings, crossings."""
+        """Counts and sizes of the core: pairs, bytes, skin, margin, renewals, prunings, crossings."""
         return self._core.statistics()
 
     def refresh(self) -> None:

@@ -10,11 +10,13 @@ use super::schedule::Schedule;
 use crate::domain::PeriodicBox;
 use crate::state::Particles;
 
-/// Most particles expected in the 2^D blocks of one base block: they should stay in a core's cache.
+/// Particles expected in the 2^D blocks of one base block, which should stay in a core's cache: most, and as many as
+/// blocks are cut for along the first axis.
+const REGION_MOST: f64 = 2.0 * REGION_TARGET;
 const REGION_TARGET: f64 = 8192.0;
 /// Wide blocks are so many supports and margins wide: fewer rows of pairs end at a border.
 const WIDE: f64 = 1.9;
-/// And so many are left along an axis, for threads to share.
+/// And so many blocks are left along an axis, for threads to share.
 const FEWEST: usize = 8;
 
 /// The block and cell grid of a box, and where its particles were when it was last renewed.
@@ -85,22 +87,31 @@ impl Grid {
     }
 
     fn with_blocks(cell: &PeriodicBox, dimension: usize, n: usize, width: f64, wide: f64) -> Self {
-        let mut blocks = [1; 3];
-        for axis in 1..dimension {
-            let edge = cell.edges[axis];
-            let most = blocks_along(edge, width);
-            blocks[axis] = blocks_along(edge, wide * width).max(most.min(FEWEST));
+        let blocks_of = |wide: f64| {
+            let mut blocks = [1; 3];
+            for axis in 1..dimension {
+                let edge = cell.edges[axis];
+                let most = blocks_along(edge, width);
+                blocks[axis] = blocks_along(edge, wide * width).max(most.min(FEWEST));
+            }
+            blocks
+        };
+        let region_of = |blocks: [usize; 3]| {
+            let shares = (1..dimension).map(|axis| (2.0 / blocks[axis] as f64).min(1.0));
+            n as f64 * shares.product::<f64>()
+        };
+        let mut blocks = blocks_of(wide);
+        let large = region_of(blocks) / REGION_MOST;
+        if wide > 1.0 && large > 1.0 {
+            blocks = blocks_of((wide / large.sqrt()).max(1.0));
         }
         // Long blocks along x make long rows; cut them only where a region outgrows the cache.
-        let mut region = n as f64;
-        for axis in 1..dimension {
-            region *= (2.0 / blocks[axis] as f64).min(1.0);
-        }
+        let region = region_of(blocks);
         let at_once: usize = (1..dimension)
             .map(|axis| (blocks[axis] / colours_along(blocks[axis])).max(1))
             .product();
         let mut wanted = 1;
-        if region > 2.0 * REGION_TARGET {
+        if region > REGION_MOST {
             wanted = (2.0 * region / REGION_TARGET).ceil() as usize;
         }
         if at_once < 4 {
@@ -238,6 +249,32 @@ impl Grid {
         particles.permute(&self.order);
         for (reference, position) in self.reference.iter_mut().zip(&particles.position) {
             *reference = [position[0], position[1], position[2]];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regions_of_wide_blocks_stay_in_a_cache() {
+        let cell = PeriodicBox::new(&[30.0, 30.0, 30.0], 1.0).unwrap();
+        for (n, blocks) in [
+            (10_000, 14),
+            (500_000, 14),
+            (1_000_000, 16),
+            (4_000_000, 28),
+        ] {
+            let grid = Grid::with_wide_blocks(&cell, 3, n, 1.1 * 30.0 / 31.5);
+            assert_eq!(grid.blocks, [grid.blocks[0], blocks, blocks]);
+            let region = n as f64 * (2.0 / blocks as f64).powi(2);
+            assert!(
+                region < 1.35 * REGION_MOST && (grid.blocks[0] == 1) == (region <= REGION_MOST)
+            );
+            // Where they need not be narrower they are as wide as ever.
+            let narrow = Grid::new(&cell, 3, n, 1.1 * 30.0 / 31.5);
+            assert!(narrow.blocks[1] >= grid.blocks[1]);
         }
     }
 }

@@ -18,10 +18,6 @@ pub(super) const STRIDE: usize = 4 * LANES;
 /// Lanes of a chunk, with room for what the last ones leave over.
 pub(super) const ROOM: usize = CHUNK + STRIDE;
 
-/// Bytes of a cache line and of a page of memory.
-const LINE: usize = 64;
-const PAGE: usize = 4096;
-
 // A bit for each vector of a chunk, and one more.
 const _: () = assert!(CHUNK / LANES < 64);
 
@@ -261,13 +257,13 @@ pub(super) struct Members {
 #[inline(always)]
 fn ask_ahead(slots: &[u32], next: usize) {
     #[cfg(target_arch = "x86_64")]
-    if slots.len() * size_of::<u32>() > PAGE {
+    if size_of_val(slots) > 4096 {
         let begin = slots.as_ptr().wrapping_add(next + CHUNK);
-        for line in 0..CHUNK * size_of::<u32>() / LINE {
+        for line in (0..CHUNK).step_by(64 / size_of::<u32>()) {
             // SAFETY: no more than a hint, of no effect where nothing can be read.
             unsafe {
                 use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-                _mm_prefetch::<_MM_HINT_T0>(begin.wrapping_byte_add(LINE * line).cast());
+                _mm_prefetch::<_MM_HINT_T0>(begin.wrapping_add(line).cast());
             }
         }
     }
