@@ -54,7 +54,7 @@ pub struct Settings {
     pub dt: f64,
     /// Seed of all noise.
     pub seed: u64,
-    /// List skin `[length]`; `None`: what should cost least.
+    /// Skin of the pairs that sweeps work on `[length]`; `None`: what should cost least.
     pub skin: Option<f64>,
     /// Speed of flow to expect `[velocity]`: a hint for how long lists last.
     pub flow_speed: f64,
@@ -124,6 +124,11 @@ impl Moved {
             from_grid: square_from(position, grid),
             speed: visible_square([v[0], v[1], v[2]]),
         }
+    }
+
+    /// How far the fastest particle has come in this step.
+    pub(crate) fn way(&self, dt: f64) -> f64 {
+        self.speed.sqrt() * dt.abs()
     }
 
     fn most(self, other: Self) -> Self {
@@ -435,7 +440,7 @@ impl Engine {
         })
     }
 
-    /// List skin and grid margin, in units of the support.
+    /// Skin of the pairs that sweeps work on and margin of the lists, in units of the support.
     pub fn skin_and_margin(&self) -> (f64, f64) {
         (self.skin, self.margin)
     }
@@ -553,13 +558,13 @@ impl Engine {
             .renew(&self.cell, self.dimension, &mut self.particles);
         let foreign = list.is_none() || self.particles.row != rows;
         pool.install(|| {
-            // The particles are finite, so only an oversized region could fail, and it did not before.
-            if foreign {
+            // What could fail is an oversized region, which the next run reports, or a particle outside of the
+            // box, which was none before.
+            let force = if foreign {
                 let position = self.particles.in_slots(&rows, position);
                 self.particles.position.copy_from_slice(&position);
                 let _ = integrator.rebuild(self, true);
-                let force = self.particles.in_slots(&rows, force);
-                self.particles.force.copy_from_slice(&force);
+                self.particles.in_slots(&rows, force)
             } else {
                 let _ = integrator.rebuild(self, false);
                 if let Some((reference, travel)) = list {
@@ -568,11 +573,10 @@ impl Engine {
                     self.list.travel = travel;
                 }
                 self.particles.position.copy_from_slice(position);
-                self.particles.force.copy_from_slice(force);
-            }
-            let force = self.particles.force.clone();
+                force.to_vec()
+            };
             let _ = integrator.refresh(self, dt);
-            self.particles.force = force;
+            self.particles.force.copy_from_slice(&force);
         });
         self.forces_for = Some(self.clock.dt);
     }
@@ -759,8 +763,8 @@ impl Engine {
 
     /// Finds out anew which pairs of the list sweeps should work on.
     fn prune<const D: usize>(&mut self) {
-        self.counters.prunings += 1;
         if self.skin < self.margin {
+            self.counters.prunings += 1;
             let cutoff = 1.0 + self.skin;
             self.list
                 .prune::<D>(&self.cell, &mut self.particles, cutoff);
@@ -1011,11 +1015,11 @@ impl Engine {
             return Err(self.find_runaway(dt));
         }
         // No farther than the fastest ones of each step: that spares a look at where they were.
-        self.list.travel += moved.speed.sqrt() * dt.abs();
+        self.list.travel += moved.way(dt);
         Ok(moved)
     }
 
-    /// Renews grid and list where particles have left their margins.
+    /// Renews grid and lists where a particle has left its margin, and prunes the lists where one may have left the skin.
     pub(crate) fn keep_lists<const D: usize>(&mut self, moved: Moved, shuffle: bool) -> Result<()> {
         let beyond = |square: f64, width: f64| 4.0 * square > width * width;
         let result = if beyond(moved.from_grid, self.margin) {

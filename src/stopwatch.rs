@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 /// A part of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
-    /// Grid and lists, and who is near a wall.
+    /// Grid and lists, which of their pairs to work on, and who is near a wall.
     Lists,
     /// Densities, pressures and temperatures of the particles.
     Densities,

@@ -12,6 +12,9 @@ use sdpd::simulation::{Engine, Settings};
 use sdpd::thermal::ThermalSettings;
 use sdpd::wall::{Field, WallSettings};
 
+/// So thin that there is something to prune every few steps.
+const SKIN: f64 = 2e-5;
+
 struct Counting;
 
 static COUNT: AtomicUsize = AtomicUsize::new(0);
@@ -90,7 +93,7 @@ fn engine(integrator: &str, threads: usize, around: Around) -> Engine {
         body_force: None,
         dt: 1e-6,
         seed: 1,
-        skin: None,
+        skin: (around == Around::Nothing).then_some(SKIN),
         flow_speed: 0.0,
         threads,
         periodic: vec![true, open, open],
@@ -266,7 +269,9 @@ fn a_step_allocates_nothing() {
                     attach_correlators(&mut engine);
                 }
                 let few = allocations(&mut engine, 10);
+                let pruned = engine.counters.prunings;
                 let many = allocations(&mut engine, 60);
+                assert!(engine.counters.prunings > pruned + 5 || around != Around::Nothing);
                 // Entering the pool may cost a handful per run; 50 more steps must cost nothing.
                 assert!(
                     many <= few + 4,

@@ -124,6 +124,7 @@ def _contents(sim: Simulation) -> tuple[dict[str, Any], Blobs]:
         "settings": _written(sim._settings),
         "clock": {name: state[name] for name in _CLOCK},
         "list_travel": float(state["list_travel"]),
+        "list_widths": [float(x) for x in state["list_widths"]],
         "wall_force": [float(x) for x in state["wall_force"]],
         "wall_motions": [wall_motion.motion(wall) for wall in sim.walls],
     }
@@ -304,6 +305,7 @@ class _Content:
             self.state["wall_force"] = [float(x) for x in self.header["wall_force"]]
             if "list_travel" in self.header:  # or the file is older, and gets lists of its own
                 self.state["list_travel"] = float(self.header["list_travel"])
+                self.state["list_widths"] = [float(x) for x in self.header["list_widths"]]
             if self.scene.walls:
                 self.state["wall_impulse"] = [float(x) for x in self.header["wall_impulse"]]
                 self.state["wall_crossings"] = int(self.header["wall_crossings"])

@@ -15,7 +15,15 @@ from sdpd.units import quantity, table
 if TYPE_CHECKING:
     from sdpd.scene import Scene
 
-__all__ = ["COEFFICIENTS", "Coefficients", "Cost", "cost", "margin", "pairs_per_second"]
+__all__ = [
+    "COEFFICIENTS",
+    "Coefficients",
+    "Cost",
+    "cost",
+    "margin",
+    "pairs_per_second",
+    "widths",
+]
 
 
 @dataclass(frozen=True)
@@ -282,6 +290,6 @@ def _bytes_per_particle(scene: Scene, integrator: Integrator, precision: str, dt
     if skin < margin:
         found += BYTES_OF_REFERENCE + BYTES_OF_NEAR_PAIRS * listed
     # in a plane there are no clusters
-    if precision == "mixed" and scene.dimension == 3 and margin <= CLUSTERED:
+    if precision == "mixed" and scene.dimension == 3 and margin <= CLUSTERED + 1e-9:
         found += BYTES_OF_CLUSTERS + BYTES_OF_CLUSTERED_PAIRS * listed
     return found + BYTES_FOR_ITERATIONS * (integrator.iterations > 0)

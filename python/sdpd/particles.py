@@ -294,7 +294,7 @@ class Particles:
         return self._core.friction_rate()
 
     def statistics(self) -> dict[str, Any]:
-        """Counts and sizes of the core: pairs, bytes, skin, margin, renewals, prunings, crossings."""
+        """Sizes and counts: pairs, bytes, skin, margin, renewals, prunings, wall crossings."""
         return self._core.statistics()
 
     def refresh(self) -> None:

@@ -643,7 +643,7 @@ def _adaptive(dt: Any) -> AdaptiveStep | None:
 
 
 def _check_skin(core: Core, skin: float | None) -> None:
-    """The core takes no more than the margin of its grid; say so rather than take less."""
+    """The core takes no more than the margin of its lists; say so rather than take less."""
     if skin is None:
         return
     used, margin = core.statistics()["skin"], core.statistics()["margin"]

@@ -10,7 +10,7 @@ from sdpd.units import table
 __all__ = ["TimeProfile"]
 
 PHASES = {
-    "lists": "grid and lists, and who is near a wall",
+    "lists": "grid and lists, which pairs to work on, and who is near a wall",
     "densities": "densities, pressures and temperatures",
     "forces": "forces between particles",
     "exchanges": "exchanges of momentum and heat between particles",

@@ -200,8 +200,8 @@ pub(crate) fn force_parts<K: Kernel, F: FrictionForm, V: Variate, const D: usize
 pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -> f64 {
     let position = &engine.particles.position;
     let mut sum = 0.0;
-    for block in &engine.list.blocks {
-        for (head, others) in block.rows.iter() {
+    for block in 0..engine.list.blocks.len() as u32 {
+        for (head, others) in engine.list.present(block).iter() {
             let i = position[head as usize];
             for &other in others {
                 let j = position[other as usize];
@@ -241,7 +241,12 @@ fn follow<const D: usize>(engine: &mut Engine, dt: f64, moved: Moved, shuffle: b
         tally.drift(dt, &engine.particles.velocity);
     }
     engine.stopwatch.lap(Phase::Motion);
+    let crossings = engine.walls.crossings;
     engine.bounce()?;
+    if engine.walls.crossings > crossings {
+        // Back from a bent wall a particle may have come farther than it flew.
+        engine.list.travel += 2.0 * moved.way(dt);
+    }
     engine.stopwatch.lap(Phase::Walls);
     engine.keep_lists::<D>(moved, shuffle)
 }

@@ -66,8 +66,8 @@ struct Part {
 
 impl Clusters {
     /// Takes neighbours together and finds which clusters are near which, from a list of pairs.
-    pub fn build(&mut self, grid: &Grid, blocks: &[BlockList], position: &[[f64; 4]]) {
-        self.gather(grid, position);
+    pub fn build(&mut self, grid: &Grid, blocks: &[BlockList]) {
+        self.gather(grid);
         self.rows.resize_with(blocks.len(), Rows::default);
         self.scratch.resize_with(blocks.len(), Scratch::default);
         let (members, of_slot, first) = (&self.members[..], &self.of_slot[..], &self.first[..]);
@@ -89,10 +89,10 @@ impl Clusters {
     }
 
     /// Takes the particles of each column together, cell by cell and in a cell along the first axis.
-    fn gather(&mut self, grid: &Grid, position: &[[f64; 4]]) {
+    fn gather(&mut self, grid: &Grid) {
         self.members.clear();
         self.first.clear();
-        self.of_slot.resize(position.len(), 0);
+        self.of_slot.resize(grid.reference.len(), 0);
         let [along, ..] = grid.cells_per_block;
         let mut inside: Vec<u32> = Vec::new();
         for block in 0..grid.block_count() {
@@ -103,7 +103,8 @@ impl Clusters {
                 for cell in begin..begin + along {
                     inside.clear();
                     inside.extend(grid.cell_start[cell]..grid.cell_start[cell + 1]);
-                    let x = |slot: &u32| position[*slot as usize][0];
+                    // Where they were when the grid was renewed: a state that has been saved knows that.
+                    let x = |slot: &u32| grid.reference[*slot as usize][0];
                     inside.sort_by(|a, b| x(a).total_cmp(&x(b)));
                     for &slot in &inside {
                         if free == 0 {
@@ -287,7 +288,7 @@ mod tests {
         }
         let mut list = PairList::default();
         list.build::<3>(&grid, &cell, &mut particles, cutoff, false);
-        list.know_clusters(&grid, &particles.position);
+        list.know_clusters(&grid);
         let clusters = &list.clusters;
         let mut seen = vec![0; n];
         for members in &clusters.members {

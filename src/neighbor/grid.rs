@@ -3,8 +3,8 @@
 //! be swept at once, by any number of threads, in a fixed order each. *Cells* subdivide blocks and
 //! serve the search. The order of slots is (block, cell, row): a function of positions only.
 //!
-//! The grid is renewed when a particle has moved half the `margin` since it was built. The list has
-//! a skin of its own (at most the margin), so the order of pairs does not depend on the skin.
+//! Grid and lists are renewed when a particle has moved half the `margin` since they were built. Which of their
+//! pairs sweeps work on has a skin of its own (at most the margin), so the order of pairs does not depend on it.
 
 use super::schedule::Schedule;
 use crate::domain::PeriodicBox;
@@ -100,10 +100,10 @@ impl Grid {
             let shares = (1..dimension).map(|axis| (2.0 / blocks[axis] as f64).min(1.0));
             n as f64 * shares.product::<f64>()
         };
-        let mut blocks = blocks_of(wide);
-        let large = region_of(blocks) / REGION_MOST;
-        if wide > 1.0 && large > 1.0 {
-            blocks = blocks_of((wide / large.sqrt()).max(1.0));
+        let (mut blocks, mut wide) = (blocks_of(wide), wide);
+        while wide > 1.0 && region_of(blocks) > REGION_MOST {
+            wide = (0.95 * wide).max(1.0);
+            blocks = blocks_of(wide);
         }
         // Long blocks along x make long rows; cut them only where a region outgrows the cache.
         let region = region_of(blocks);

@@ -427,7 +427,7 @@ impl Core {
         Ok(result)
     }
 
-    /// Rows of the pairs in the order of a forward sweep, (M, 2); pairs in the skin included.
+    /// Rows of the pairs in the order of a forward sweep, (M, 2); pairs in the margin included.
     fn pair_order<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         let engine = self.lock()?;
         let row = |slot: u32| engine.particles.row[slot as usize];
@@ -473,7 +473,7 @@ impl Core {
     }
 
     /// The links to images in the order of a forward sweep, (M, 3): rows of both particles and the
-    /// label of the kind of image; links in the skin included.
+    /// label of the kind of image; links in the margin included.
     fn wall_link_order<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         let engine = self.lock()?;
         let row = |slot: u32| engine.particles.row[slot as usize];
@@ -542,6 +542,7 @@ impl Core {
         let (skin, margin) = engine.skin_and_margin();
         let result = PyDict::new(py);
         result.set_item("pairs_in_list", engine.list.len())?;
+        result.set_item("pairs_in_skin", engine.list.present_pairs())?;
         result.set_item("list_bytes", engine.list.bytes())?;
         result.set_item("state_bytes", engine.state_bytes() + self.columns.bytes())?;
         result.set_item("skin", skin * engine.units.length)?;

@@ -25,6 +25,8 @@ pub fn write<'py>(py: Python<'py>, engine: &Engine) -> PyResult<Bound<'py, PyDic
     state.set_item("grid_reference", bytes_of(py, &engine.grid.reference))?;
     state.set_item("list_reference", bytes_of(py, &engine.list.reference))?;
     state.set_item("list_travel", engine.list.travel)?;
+    let (skin, margin) = engine.skin_and_margin();
+    state.set_item("list_widths", vec![skin, margin])?;
     state.set_item("wall_force", engine.walls.force.concat())?;
     for (_, scalar) in particles.saved_scalars() {
         state.set_item(scalar.name, bytes_of(py, &scalar.values))?;
@@ -148,12 +150,12 @@ impl Parsed {
             row: values_of(state, "row", n)?,
             image: values_of(state, "image", n)?,
             grid: values_of(state, "grid_reference", n)?,
-            list: match state.get_item("list_travel")? {
-                Some(travel) => Some((
-                    values_of(state, "list_reference", listed)?,
-                    travel.extract()?,
-                )),
-                None => None,
+            // A file of an earlier version may say nothing of that, or have had other widths.
+            list: if numbers_of(state, "list_widths", 2)? == [skin, margin] {
+                let travel: f64 = item(state, "list_travel")?.extract()?;
+                Some((values_of(state, "list_reference", listed)?, travel))
+            } else {
+                None
             },
             wall_force: numbers_of(state, "wall_force", 6 * engine.walls.force.len())?,
             wall_impulse: numbers_of(state, "wall_impulse", 6 * engine.walls.force.len())?,
@@ -173,7 +175,12 @@ impl Parsed {
         finite("force", all3(&parsed.force))?;
         let none = (Vec::new(), 0.0);
         let (list, travel) = parsed.list.as_ref().unwrap_or(&none);
-        finite("list_travel", travel.is_finite() && *travel >= 0.0)?;
+        finite("list_travel", travel.is_finite())?;
+        if *travel < 0.0 {
+            return Err(PyValueError::new_err(format!(
+                "`list_travel` must be >= 0, got {travel}"
+            )));
+        }
         for (what, reference) in [("grid_reference", &parsed.grid), ("list_reference", list)] {
             finite(what, reference.iter().flatten().all(|x| x.is_finite()))?;
         }

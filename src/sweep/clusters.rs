@@ -241,7 +241,7 @@ pub(super) fn densities<K: Kernel>(
         copies,
         ..
     } = particles;
-    list.know_clusters(grid, position);
+    list.know_clusters(grid);
     let clusters = &list.clusters;
     let packed = &mut copies.packed;
     packed.take_places(clusters, position, cell);

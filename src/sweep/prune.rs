@@ -13,7 +13,7 @@ const VECTORS: usize = ROOM / MOST + 1;
 /// Keeps of some rows the pairs within a cutoff, in their order. Distances are found in single precision.
 pub(crate) struct Prune<'a, const D: usize> {
     pub rows: &'a Rows,
-    /// Where they go: there is room for all of them.
+    /// Where they go.
     pub kept: &'a mut Rows,
     pub cell: &'a PeriodicBox,
     pub place: &'a [[f32; 4]],
@@ -55,6 +55,7 @@ impl<const D: usize> Task for Prune<'_, D> {
             bits: [0; VECTORS],
         };
         let (mut searched, mut pairs, mut found, mut known) = (0, 0, 0, 0);
+        kept.make_room(rows);
         kept.ends.resize(rows.ends.len(), [0; 2]);
         let mut first = 0;
         while !walk.at_end(&rows.ends) {
@@ -69,7 +70,7 @@ impl<const D: usize> Task for Prune<'_, D> {
                 for part in 0..MOST / LANES {
                     let bits = (bits >> (LANES * part)) as u8;
                     // SAFETY: there is a vector of slots behind the last pair, and what is kept takes no
-                    // more room than what there was.
+                    // more room than what there was. Behind the last one kept there are slots, too.
                     unsafe {
                         let from = rows.slots.as_ptr().add(first + MOST * n + LANES * part);
                         let slots = from.cast::<[u32; LANES]>().read_unaligned();
@@ -139,7 +140,6 @@ mod tests {
         }
         rows.slots.extend([0; MOST]);
         let mut kept = Rows::default();
-        kept.make_room(&rows);
         run_wide(Prune::<D> {
             rows: &rows,
             kept: &mut kept,
@@ -152,6 +152,7 @@ mod tests {
             others.iter().map(move |&other| [head, other])
         });
         assert_eq!(got.collect::<Vec<_>>(), expected);
+        assert!(kept.slots.len() >= kept.pairs() + MOST && kept.slots.iter().all(|&slot| slot < n));
         assert!(expected.len() * 3 < rows.pairs() || rows.pairs() < 100);
     }
 

@@ -1,4 +1,4 @@
-//! Pairs in lanes: rows of pairs within the support, as many at a time as a chunk takes.
+//! Pairs in lanes: rows of pairs within support and skin, as many at a time as a chunk takes.
 
 use std::ops::Range;
 

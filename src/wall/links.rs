@@ -100,19 +100,19 @@ impl BlockLinks {
 
 impl Walls {
     /// Finds near particles and links from the present positions and the pairs of a fresh list;
-    /// `skin` as that of the list.
+    /// `margin` as that of the list.
     pub fn rebuild<const D: usize>(
         &mut self,
         particles: &Particles,
         grid: &Grid,
         list: &PairList,
         cell: &PeriodicBox,
-        skin: f64,
+        margin: f64,
     ) {
         if !self.any() {
             return;
         }
-        self.find_near(particles, cell, 1.0 + 0.5 * skin);
+        self.find_near(particles, cell, 1.0 + 0.5 * margin);
         let walls = self.surfaces.len();
         self.tasks
             .resize_with(self.near.len().div_ceil(TASK), OwnImages::default);
@@ -124,7 +124,7 @@ impl Walls {
             // No step is to allocate; at corners a particle has a few own images.
             task.views.reserve(TASK * kinds.min(7));
         }
-        self.rebuild_model(particles, D, cell, skin);
+        self.rebuild_model(particles, D, cell, margin);
         if !self.model.has_links() {
             return;
         }
@@ -137,7 +137,7 @@ impl Walls {
                 block.links.clear();
                 block.tally.resize(walls, [0.0; 6]);
                 block.energies.resize(walls, [0.0; 3]);
-                self.find_links::<D>(block, pairs, particles, cell, skin);
+                self.find_links::<D>(block, pairs, particles, cell, margin);
                 block.views.clear();
                 block.views.reserve(block.links.len());
             });
@@ -225,7 +225,7 @@ impl Walls {
         pairs: &BlockList,
         particles: &Particles,
         cell: &PeriodicBox,
-        skin: f64,
+        margin: f64,
     ) {
         let has_site =
             |slot: u32| self.first_site[slot as usize] < self.first_site[slot as usize + 1];
@@ -235,7 +235,7 @@ impl Walls {
         }
         let mut visit = |i: u32, j: u32| {
             if has_site(i) && has_site(j) {
-                self.link_pair::<D>(&mut block.links, [i, j], particles, cell, skin);
+                self.link_pair::<D>(&mut block.links, [i, j], particles, cell, margin);
             }
         };
         if pairs.shuffled.is_empty() {
@@ -256,14 +256,14 @@ impl Walls {
         slots: [u32; 2],
         particles: &Particles,
         cell: &PeriodicBox,
-        skin: f64,
+        margin: f64,
     ) {
         let [i, j] = slots.map(|slot| particles.position[slot as usize]);
         let r = cell.nearest::<D>([i[0] - j[0], i[1] - j[1], i[2] - j[2]]);
         let r2: f64 = r[..D].iter().map(|x| x * x).sum();
         // What it can shrink to before the list is built anew.
-        let nearest = (r2.sqrt() - skin).max(0.0).powi(2);
-        let height = |site: u32| (self.sites[site as usize].foot.distance - 0.5 * skin).max(0.0);
+        let nearest = (r2.sqrt() - margin).max(0.0).powi(2);
+        let height = |site: u32| (self.sites[site as usize].foot.distance - 0.5 * margin).max(0.0);
         for (index, image) in self.images.iter().enumerate() {
             let (mut sites, mut others, mut sum) = ([0; 3], [0; 3], nearest);
             let found = image.walls().iter().enumerate().all(|(k, &wall)| {

@@ -289,27 +289,27 @@ impl Walls {
         Ok(())
     }
 
-    /// Finds partners when the list is built anew; `skin` as that of the list.
+    /// Finds partners when the list is built anew; `margin` as that of the list.
     pub(super) fn rebuild_model(
         &mut self,
         particles: &Particles,
         dimension: usize,
         cell: &PeriodicBox,
-        skin: f64,
+        margin: f64,
     ) {
         match self.model {
             WallModel::SymmetricImages => {}
             WallModel::OwnFootImages { least, .. } => {
                 self.state.images.resize(self.sites.len(), [0.0; 3]);
                 self.place_images(particles, least);
-                self.find_images(particles, dimension, cell, skin);
+                self.find_images(particles, dimension, cell, margin);
             }
             WallModel::Completion { .. } => {
                 self.state.factor.resize(self.near.len(), 1.0);
                 self.state.kept.resize(self.near.len(), 0.0);
             }
             WallModel::FrozenParticles { .. } => {
-                self.find_frozen(particles, dimension, cell, skin);
+                self.find_frozen(particles, dimension, cell, margin);
             }
         }
     }
@@ -344,15 +344,15 @@ impl Walls {
         particles: &Particles,
         dimension: usize,
         cell: &PeriodicBox,
-        skin: f64,
+        margin: f64,
     ) {
         let walls = self.surfaces.len();
         let mut searches = Vec::with_capacity(walls);
         for (wall, surface) in self.surfaces.iter().enumerate() {
             let (images, reach) = match surface.shape {
-                Shape::Round { side, .. } if side < 0.0 => (false, 1.0 + skin),
-                Shape::Field { .. } => (false, 3.0 + 3.0 * skin),
-                _ => (true, 1.0 + skin),
+                Shape::Round { side, .. } if side < 0.0 => (false, 1.0 + margin),
+                Shape::Field { .. } => (false, 3.0 + 3.0 * margin),
+                _ => (true, 1.0 + margin),
             };
             let members: Vec<u32> = (0..self.sites.len() as u32)
                 .filter(|&s| self.sites[s as usize].wall == wall as u32)
@@ -399,9 +399,9 @@ impl Walls {
         particles: &Particles,
         dimension: usize,
         cell: &PeriodicBox,
-        skin: f64,
+        margin: f64,
     ) {
-        let reach = 1.0 + 0.5 * skin;
+        let reach = 1.0 + 0.5 * margin;
         let ModelState {
             first,
             partners,

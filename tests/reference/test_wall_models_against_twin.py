@@ -229,7 +229,7 @@ def test_bits(model: Any) -> None:
         part.run(11, 0.001)
         again.set_state(part.state())
         again.run(9, 0.001)
-        assert whole.statistics()["prunings"] > 2
+        assert whole.statistics()["prunings"] > whole.statistics()["grid_renewals"]
         assert np.array_equal(again.positions, whole.positions)
         assert np.array_equal(again.velocities, whole.velocities)
         if model is own_foot:

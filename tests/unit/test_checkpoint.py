@@ -77,16 +77,20 @@ def test_continues_after_writing_and_a_new_dt(tmp_path):
 
 
 @pytest.mark.parametrize("shrink", [1.0, 0.8])
-def test_files_that_do_not_know_how_far_particles_have_gone(tmp_path, shrink):
-    """Of earlier versions: they hold no list of their own, and their margin may have been wider."""
+@pytest.mark.parametrize("known", ["nothing", "other widths"])
+def test_files_of_other_lists(tmp_path, known, shrink):
+    """Of earlier versions: they say nothing of lists, or widths, maybe blocks too, were others."""
     sim = small(integrator="velocity_verlet", edge=30)
     sim.run(steps=17)
     path = tmp_path / "state.sdpd"
     sim.save(path)
 
     def older(header, arrays):
-        del header["list_travel"]
-        arrays["list_reference"] = np.zeros((0, 3))
+        if known == "nothing":
+            del header["list_travel"], header["list_widths"]
+            arrays["list_reference"] = np.zeros((0, 3))
+        else:
+            header["list_widths"][1] *= 1.1
         middle = 0.5 * np.array([*sim.scene.box.lengths, 0.0]) / sim.scene.support_radius
         arrays["grid_reference"] = middle + shrink * (arrays["grid_reference"] - middle)
 
@@ -96,6 +100,12 @@ def test_files_that_do_not_know_how_far_particles_have_gone(tmp_path, shrink):
     sim.run(steps=20)
     other.run(steps=20)
     np.testing.assert_allclose(other.velocities, sim.velocities, rtol=0.0, atol=1e-9)
+
+
+def test_a_travel_that_cannot_be(saved):
+    forged(saved, lambda header, _: header.update(list_travel=-1.0))
+    with pytest.raises(sdpd.CheckpointError, match=r"`list_travel` must be >= 0, got -1"):
+        sdpd.load(saved)
 
 
 def test_saving_changes_no_bit(tmp_path):

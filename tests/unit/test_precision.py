@@ -37,6 +37,24 @@ def test_files_remember_the_precision(tmp_path):
         small().restore(path)
 
 
+def test_clusters_are_the_same_after_loading(tmp_path):
+    """Of particles that have passed each other since the grid was renewed, too."""
+    scene = small_scene(8, 3, eta=500.0)
+    sim = small(scene=scene, precision="mixed", integrator="velocity_verlet")
+    margin = sim.statistics()["margin"] / sim.scene.support_radius
+    assert margin <= 0.15  # or there are no clusters
+    renewals = sim.statistics()["grid_renewals"]
+    for _ in range(4):
+        sim.run(steps=9)
+        sim.save(tmp_path / "state.sdpd")
+        again = sdpd.load(tmp_path / "state.sdpd")
+        assert_same_bits(sim, again)
+        again.run(steps=5)
+        sim.run(steps=5)
+        assert_same_bits(sim, again)
+    assert sim.statistics()["grid_renewals"] - renewals < 4
+
+
 def assert_close(found):
     for mixed, double in zip(*found, strict=True):
         assert 0.0 < np.abs(mixed - double).max() < 2e-5 * max(1.0, np.abs(double).max())

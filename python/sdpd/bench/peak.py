@@ -19,7 +19,7 @@ LISTED = 23
 DENSITY, PRESSURE, FRICTION = 19, 45, 47
 UNIFORM, GAUSSIAN, EXCHANGE = 7, 150, 140
 # Bytes of a particle: densities and forces read and written, kicks and drift; of its pairs.
-PARTICLE, EXCHANGED = 450, 140
+PARTICLE, EXCHANGED = 420, 140
 SLOT, COUPLE = 4, 4
 
 
@@ -79,20 +79,20 @@ class Work:
     bytes: float
 
 
-def work(pairs: float, listed: float, *, noise: str, splitting: bool) -> Work:
+def work(pairs: float, near: float, listed: float, *, noise: str, splitting: bool) -> Work:
     """Of a step of an isothermal fluid.
 
     Parameters
     ----------
-    pairs, listed : float
-        Pairs a particle, each counted once, within the support and in the list.
+    pairs, near, listed : float
+        Pairs a particle, each counted once: within the support, within the skin, and in the list.
     noise : {"none", "uniform", "gaussian"}
     splitting : bool
         Whether by the pair splitting rather than velocity Verlet.
     """
     noisy = {"none": 0, "uniform": UNIFORM, "gaussian": GAUSSIAN}[noise]
-    flops = listed * LISTED + pairs * (DENSITY + PRESSURE)
-    moved = PARTICLE + SLOT * (listed + 2.0 * pairs)
+    flops = near * LISTED + pairs * (DENSITY + PRESSURE)
+    moved = PARTICLE + 2.0 * SLOT * near
     if splitting:
         flops += 2.0 * (listed * LISTED + pairs * (EXCHANGE + noisy))
         moved += 2.0 * (EXCHANGED + COUPLE * listed)

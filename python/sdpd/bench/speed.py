@@ -53,8 +53,8 @@ class Row:
     support : float
         h/dx [1].
     kernel : str
-    pairs, listed : float
-        A particle, each pair counted once; within the support, and in the list.
+    pairs, near, listed : float
+        A particle, each pair counted once; within the support, within the skin, and in the list.
     step : str
         Of `STEPS`.
     dt_over_tau : float
@@ -71,6 +71,7 @@ class Row:
     support: float
     kernel: str
     pairs: float
+    near: float
     listed: float
     step: str
     dt_over_tau: float
@@ -89,7 +90,7 @@ class Row:
         kind = STEPS[self.step]
         noise = kind.integrator.noise if kind.noisy else "none"
         splitting = isinstance(kind.integrator, PairSplitting)
-        return work(self.pairs, self.listed, noise=noise, splitting=splitting)
+        return work(self.pairs, self.near, self.listed, noise=noise, splitting=splitting)
 
     @property
     def time_per_pair(self) -> Spread:
@@ -297,6 +298,7 @@ def _measure(
             support=support,
             kernel=kernel,
             pairs=each.sim.scene.pairs_per_particle,
+            near=each.sim.statistics()["pairs_in_skin"] / each.sim.n_particles,
             listed=each.sim.statistics()["pairs_in_list"] / each.sim.n_particles,
             step=name,
             dt_over_tau=each.sim.dt / each.sim.scene.friction_time,

@@ -230,7 +230,7 @@ pub trait Wide: Vector<Number = f64> {
     unsafe fn widened(from: *const f32) -> Self;
     /// The sums of the lanes of four columns, ((0 + 1) + (4 + 5)) + ((2 + 3) + (6 + 7)) each.
     fn sums(columns: [Self; 4]) -> [f64; 4];
-    /// Numbers of the lanes whose bits are set, one behind the other; then anything.
+    /// Numbers of the lanes whose bits are set, one behind the other; then others of them, or 0.
     fn kept(numbers: [u32; LANES], keep: u8) -> [u32; LANES];
     /// Four words each for counters whose last two words are `tail`: Philox4x32-10. The number of
     /// counters is a multiple of [`LANES`].
