@@ -18,8 +18,7 @@ pub struct PairList {
     pub cutoff: f64,
     /// Those closer than the support plus the skin, where that is less.
     near: Vec<Rows>,
-    is_pruned: bool,
-    /// Positions when it was pruned, if it is.
+    /// Positions when it was pruned; none before.
     pub reference: Vec<[f64; 3]>,
     /// At most so far has any particle gone since [h].
     pub travel: f64,
@@ -49,7 +48,6 @@ impl PairList {
         shuffle: bool,
     ) {
         self.cutoff = cutoff;
-        self.is_pruned = false;
         self.reference.clear();
         self.travel = 0.0;
         self.clusters.known = false;
@@ -73,7 +71,6 @@ impl PairList {
         particles: &mut Particles,
         cutoff: f64,
     ) {
-        self.is_pruned = true;
         self.travel = 0.0;
         self.reference.resize(particles.len(), [0.0; 3]);
         let all = self.reference.par_iter_mut().zip(&particles.position[..]);
@@ -97,10 +94,10 @@ impl PairList {
     /// The pairs of a block that sweeps work on: those within the support, and some that are not yet or not
     /// any more, which come to nothing.
     pub fn present(&self, block: u32) -> &Rows {
-        if self.is_pruned {
-            &self.near[block as usize]
-        } else {
+        if self.reference.is_empty() {
             &self.blocks[block as usize].rows
+        } else {
+            &self.near[block as usize]
         }
     }
 

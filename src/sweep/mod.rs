@@ -109,9 +109,17 @@ pub(crate) fn fetch<T>(turn: &Turn<'_>, array: *const T, length: usize) {
     if length * size_of::<T>() < KEPT {
         return;
     }
-    #[cfg(target_arch = "x86_64")]
     for part in turn.next.region() {
-        let (first, end) = (array.wrapping_add(part.start), array.wrapping_add(part.end));
+        ask_for(array.wrapping_add(part.start), part.len());
+    }
+}
+
+/// Tells the machine that so many elements will be read.
+#[inline(always)]
+pub(crate) fn ask_for<T>(first: *const T, count: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let end = first.wrapping_add(count);
         let mut at = first.wrapping_byte_sub(first.addr() % 64);
         while at < end {
             // SAFETY: no more than a hint, of no effect where nothing can be read.
@@ -123,20 +131,13 @@ pub(crate) fn fetch<T>(turn: &Turn<'_>, array: *const T, length: usize) {
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (turn.next, array);
+    let _ = (first, count);
 }
 
-/// Calls `work` for every block and its number, colour by colour; in parallel where the pool has
+/// Calls `work` for the number of every block, colour by colour; in parallel where the pool has
 /// threads.
-pub(crate) fn for_each_block(
-    grid: &Grid,
-    blocks: &[BlockList],
-    reverse: bool,
-    work: &(dyn Fn(u32, &BlockList) + Sync),
-) {
-    grid.schedule.run(reverse, &|number| {
-        work(number, &blocks[number as usize]);
-    });
+pub(crate) fn for_each_block(grid: &Grid, reverse: bool, work: &(dyn Fn(u32) + Sync)) {
+    grid.schedule.run(reverse, work);
 }
 
 /// A block whose turn it is.

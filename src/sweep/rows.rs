@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::precision::{Double, Precision};
 use super::wide::{LANES, Vector};
-use super::{CHUNK, Shared, Walk, Wide};
+use super::{CHUNK, Shared, Walk, Wide, ask_for};
 use crate::domain::PeriodicBox;
 use crate::neighbor::Rows;
 use crate::real::{ROUNDER, Real};
@@ -252,25 +252,6 @@ pub(super) struct Members {
     first: usize,
 }
 
-/// Tells the machine that the partners of the chunk after the next will be read: what it foresees by itself ends
-/// with a page of memory.
-#[inline(always)]
-fn ask_ahead(slots: &[u32], next: usize) {
-    #[cfg(target_arch = "x86_64")]
-    if size_of_val(slots) > 4096 {
-        let begin = slots.as_ptr().wrapping_add(next + CHUNK);
-        for line in (0..CHUNK).step_by(64 / size_of::<u32>()) {
-            // SAFETY: no more than a hint, of no effect where nothing can be read.
-            unsafe {
-                use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-                _mm_prefetch::<_MM_HINT_T0>(begin.wrapping_add(line).cast());
-            }
-        }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (slots, next);
-}
-
 impl Members {
     pub(super) fn new() -> Self {
         Self {
@@ -291,7 +272,9 @@ impl Members {
         companion: &mut impl Companion<V>,
     ) {
         let several = self.enter::<V>(near, walk);
-        ask_ahead(&near.slots, self.first + self.count);
+        // The chunk after the next: what a machine foresees by itself ends with a page of memory.
+        let next = self.first + self.count + CHUNK;
+        ask_for(near.slots.as_ptr().wrapping_add(next), CHUNK);
         let vectors = self.count.div_ceil(V::LANES);
         let mut left = (1 << vectors) - 1;
         // Rows may be short, as in a plane.

@@ -769,33 +769,28 @@ fn pairs<X: Exchanges, V: Variate, const D: usize>(
         };
         let (position, id) = (&particles.position, &particles.id);
         let backward = sweep.direction == Direction::Backward;
-        for_each_block(
-            sweep.grid,
-            &sweep.list.blocks,
-            backward,
-            &|number, block| {
-                run_wide(ThermalTask::<X, V, D> {
-                    block,
-                    cell: sweep.cell,
-                    position,
-                    velocity,
-                    energies,
-                    factors: &thermal.factors,
-                    refused: counts,
-                    id,
-                    slopes: sweep.slopes,
-                    exchange: &sweep.exchange,
-                    key: sweep.key,
-                    chances: sweep.chances,
-                    direction: sweep.direction,
-                    round,
-                    number,
-                    tally,
-                    current,
-                    form: PhantomData,
-                });
-            },
-        );
+        for_each_block(sweep.grid, backward, &|number| {
+            run_wide(ThermalTask::<X, V, D> {
+                block: &sweep.list.blocks[number as usize],
+                cell: sweep.cell,
+                position,
+                velocity,
+                energies,
+                factors: &thermal.factors,
+                refused: counts,
+                id,
+                slopes: sweep.slopes,
+                exchange: &sweep.exchange,
+                key: sweep.key,
+                chances: sweep.chances,
+                direction: sweep.direction,
+                round,
+                number,
+                tally,
+                current,
+                form: PhantomData,
+            });
+        });
     }
     (thermal.refused, thermal.current) = (refused, current);
 }

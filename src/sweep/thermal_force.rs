@@ -322,7 +322,7 @@ pub fn thermal_forces<X: Exchanges, V: Variate, const D: usize>(
     let work = Shared::new(work);
     let (position, id) = (&particles.position, &particles.id);
     let (velocity, state) = (&particles.scratch, &particles.drag);
-    for_each_block(sweep.grid, &sweep.list.blocks, false, &|number, _| {
+    for_each_block(sweep.grid, false, &|number| {
         run_wide(ForceTask::<X, V, D> {
             rows: sweep.list.present(number),
             cell: sweep.cell,

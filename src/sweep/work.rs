@@ -142,7 +142,7 @@ pub fn pair_work<K: Kernel, const D: usize>(
     let work = Shared::new(work);
     let (position, velocity) = (&particles.position, &particles.velocity);
     let mean = &particles.scratch;
-    for_each_block(grid, &list.blocks, false, &|number, _| {
+    for_each_block(grid, false, &|number| {
         run_wide(WorkTask::<K, D> {
             near: list.present(number),
             cell,

@@ -73,6 +73,7 @@ PHYSICS = (
     "physics",
     "random",
     "relax.rs",
+    "simulation",
     "simulation.rs",
     "state.rs",
     "sweep",

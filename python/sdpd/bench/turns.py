@@ -77,11 +77,12 @@ class Lists:
     @classmethod
     def of(cls, sim: Simulation, *, quick: bool = False) -> Lists:
         """Measured step by step, until a few lists have been built; 0 where nothing stands out."""
+        fewest, longest = (TRY, 0.0) if quick else (SHORT, LONG)
         times: dict[bool, list[float]] = {True: [], False: []}
         began = time.perf_counter()
         while len(times[True]) < ENOUGH:
             steps = len(times[True]) + len(times[False])
-            if steps >= (TRY if quick else SHORT) and (quick or time.perf_counter() - began > LONG):
+            if steps >= fewest and time.perf_counter() - began > longest:
                 break
             before = _builds(sim)
             begin = time.perf_counter()

@@ -80,7 +80,7 @@ impl Vector for Avx2 {
         }
     }
     #[inline(always)]
-    unsafe fn columns_of(base: *const [f64; 4], [slots, _]: [*const u32; 2]) -> [Self; 4] {
+    unsafe fn columns(base: *const [f64; 4], slots: *const u32) -> [Self; 4] {
         unsafe {
             let at = |k: usize| _mm256_loadu_pd(base.add(slot(slots, k)).cast());
             let low = transpose([at(0), at(1), at(2), at(3)]);
@@ -403,9 +403,9 @@ impl Vector for Single {
         }
     }
     #[inline(always)]
-    unsafe fn columns_of(base: *const [f32; 4], [low, high]: [*const u32; 2]) -> [Self; 4] {
+    unsafe fn columns(base: *const [f32; 4], slots: *const u32) -> [Self; 4] {
         unsafe {
-            let (low, high) = (eight(base, low), eight(base, high));
+            let (low, high) = (eight(base, slots), eight(base, slots.add(LANES)));
             [
                 Self(low[0], high[0]),
                 Self(low[1], high[1]),

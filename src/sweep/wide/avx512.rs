@@ -42,7 +42,7 @@ impl Vector for Avx512 {
         unsafe { u32::from(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0)) }
     }
     #[inline(always)]
-    unsafe fn columns_of(base: *const [f64; 4], [slots, _]: [*const u32; 2]) -> [Self; 4] {
+    unsafe fn columns(base: *const [f64; 4], slots: *const u32) -> [Self; 4] {
         unsafe {
             let at = |k: usize| _mm256_loadu_pd(base.add(slot(slots, k)).cast());
             let two =
@@ -244,13 +244,13 @@ unsafe fn twos(columns: [Avx512; 4]) -> [__m512d; 4] {
 
 /// The records of every fourth slot from that one on, so that their columns come out in order.
 #[inline(always)]
-unsafe fn four(base: *const [f32; 4], [low, high]: [*const u32; 2], first: usize) -> __m512 {
+unsafe fn four(base: *const [f32; 4], slots: *const u32, first: usize) -> __m512 {
     // SAFETY: the machine has the instructions, pointers are the caller's.
     unsafe {
-        let all = _mm512_castps128_ps512(record(base, low.add(first)));
-        let all = _mm512_insertf32x4::<1>(all, record(base, low.add(first + 4)));
-        let all = _mm512_insertf32x4::<2>(all, record(base, high.add(first)));
-        _mm512_insertf32x4::<3>(all, record(base, high.add(first + 4)))
+        let all = _mm512_castps128_ps512(record(base, slots.add(first)));
+        let all = _mm512_insertf32x4::<1>(all, record(base, slots.add(first + 4)));
+        let all = _mm512_insertf32x4::<2>(all, record(base, slots.add(first + 8)));
+        _mm512_insertf32x4::<3>(all, record(base, slots.add(first + 12)))
     }
 }
 
@@ -340,7 +340,7 @@ impl Vector for Single {
         unsafe { u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0)) }
     }
     #[inline(always)]
-    unsafe fn columns_of(base: *const [f32; 4], slots: [*const u32; 2]) -> [Self; 4] {
+    unsafe fn columns(base: *const [f32; 4], slots: *const u32) -> [Self; 4] {
         unsafe {
             let fours = [
                 four(base, slots, 0),

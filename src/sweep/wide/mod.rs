@@ -103,17 +103,7 @@ pub trait Vector: Copy {
     ///
     /// # Safety
     /// See the trait.
-    #[inline(always)]
-    unsafe fn columns(base: *const [Self::Number; 4], slots: *const u32) -> [Self; 4] {
-        // SAFETY: promised by the caller.
-        unsafe { Self::columns_of(base, [slots, slots.wrapping_add(LANES)]) }
-    }
-    /// The same of slots that are in two places, eight and eight; where there are eight lanes the second
-    /// one is of no matter.
-    ///
-    /// # Safety
-    /// See the trait.
-    unsafe fn columns_of(base: *const [Self::Number; 4], slots: [*const u32; 2]) -> [Self; 4];
+    unsafe fn columns(base: *const [Self::Number; 4], slots: *const u32) -> [Self; 4];
     /// The columns of the records of some slots, of which each has two side by side.
     ///
     /// # Safety

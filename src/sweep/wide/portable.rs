@@ -56,11 +56,11 @@ impl<R: Real, const N: usize> Vector for Portable<R, N> {
         (0..N).fold(0, |bits, k| bits | u32::from(self.0[k] < other.0[k]) << k)
     }
     #[inline(always)]
-    unsafe fn columns_of(base: *const [R; 4], slots: [*const u32; 2]) -> [Self; 4] {
+    unsafe fn columns(base: *const [R; 4], slots: *const u32) -> [Self; 4] {
         let mut columns = [Self([R::ZERO; N]); 4];
         for k in 0..N {
             // SAFETY: promised by the caller.
-            let record = unsafe { *base.add(*slots[k / LANES].add(k % LANES) as usize) };
+            let record = unsafe { *base.add(*slots.add(k) as usize) };
             for (column, number) in columns.iter_mut().zip(record) {
                 column.0[k] = number;
             }
