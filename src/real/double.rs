@@ -37,11 +37,12 @@ impl Real for f64 {
         f64::sqrt(self)
     }
     #[inline(always)]
-    fn near_inverse_root(self) -> Self {
-        f64::from(1.0 / (self as f32).sqrt())
+    fn single(self) -> f32 {
+        self as f32
     }
     #[inline(always)]
-    fn inverse_root_from<A: Arithmetic>(self, y: Self) -> Self {
+    fn inverse_root_from<A: Arithmetic>(self, near: f32) -> Self {
+        let y = f64::from(near);
         // One step of third order from single precision, where root and division take a fraction of
         // the time.
         let e = A::fused(-self, y * y, 1.0);

@@ -70,13 +70,13 @@ pub trait Real:
     fn multiply_add(self, a: Self, b: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// 1/sqrt(x) for 1e-30 <= x <= 1e30, as precise as single precision.
-    fn near_inverse_root(self) -> Self;
-    /// 1/sqrt(x) to about 1 ulp, from that.
-    fn inverse_root_from<A: Arithmetic>(self, near: Self) -> Self;
+    /// The nearest one in single precision.
+    fn single(self) -> f32;
+    /// 1/sqrt(x) to about 1 ulp, from what single precision knows of it.
+    fn inverse_root_from<A: Arithmetic>(self, near: f32) -> Self;
     /// r and 1/r of a square distance, from what [`near_inverse_roots`] finds.
     #[inline(always)]
-    fn distance_from<A: Arithmetic>(self, near: Self) -> [Self; 2] {
+    fn distance_from<A: Arithmetic>(self, near: f32) -> [Self; 2] {
         let inverse = self.at_least(Self::TINY).inverse_root_from::<A>(near);
         [self * inverse, inverse]
     }
@@ -85,7 +85,7 @@ pub trait Real:
     /// keep busy.
     #[inline(always)]
     fn inverse_root<A: Arithmetic>(self) -> Self {
-        self.inverse_root_from::<A>(self.near_inverse_root())
+        self.inverse_root_from::<A>(1.0 / self.single().sqrt())
     }
     /// Natural logarithm of a positive normal number, to about 1 ulp.
     fn ln<A: Arithmetic>(self) -> Self;
@@ -114,11 +114,23 @@ pub trait Real:
     }
 }
 
-/// 1/r of squares in lanes, as precise as single precision; see [`Real::TINY`].
+/// 1/r of squares in lanes, in single precision; see [`Real::TINY`].
 #[inline(always)]
-pub fn near_inverse_roots<R: Real, const N: usize>(r2: &[R; N], near: &mut [R; N], count: usize) {
-    for k in 0..count.min(N) {
-        near[k] = r2[k].at_least(R::TINY).near_inverse_root();
+pub fn near_inverse_roots<R: Real, const N: usize>(r2: &[R; N], near: &mut [f32; N], count: usize) {
+    let count = count.min(N);
+    if R::NARROW {
+        for k in 0..count {
+            near[k] = 1.0 / r2[k].at_least(R::TINY).single().sqrt();
+        }
+        return;
+    }
+    for k in 0..count {
+        near[k] = r2[k].at_least(R::TINY).single();
+    }
+    // By themselves: as many of them fill a register as of those that the loop before begins with do two,
+    // and a full one takes no longer than half of one.
+    for root in &mut near[..count] {
+        *root = 1.0 / root.sqrt();
     }
 }
 

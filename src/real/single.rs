@@ -40,11 +40,11 @@ impl Real for f32 {
         self.sqrt()
     }
     #[inline(always)]
-    fn near_inverse_root(self) -> Self {
-        1.0 / self.sqrt()
+    fn single(self) -> f32 {
+        self
     }
     #[inline(always)]
-    fn inverse_root_from<A: Arithmetic>(self, near: Self) -> Self {
+    fn inverse_root_from<A: Arithmetic>(self, near: f32) -> Self {
         near
     }
     #[inline(always)]

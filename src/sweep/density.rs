@@ -29,7 +29,8 @@ struct DensityTask<'a, K, P: Precision, const D: usize> {
 struct Lanes<R> {
     members: Members,
     weights: [R; ROOM],
-    inverse_r: [R; ROOM],
+    /// 1/r, nearly.
+    near: [f32; ROOM],
 }
 
 impl<R: Real> Lanes<R> {
@@ -37,7 +38,7 @@ impl<R: Real> Lanes<R> {
         Self {
             members: Members::new(),
             weights: [R::ZERO; ROOM],
-            inverse_r: [R::ZERO; ROOM],
+            near: [0.0; ROOM],
         }
     }
 }
@@ -69,7 +70,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
         let Lanes {
             members,
             weights,
-            inverse_r,
+            near,
         } = self.lanes;
         let mut walk = Walk::default();
         while !walk.at_end(&self.rows.ends) {
@@ -79,7 +80,7 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
                 squares: &mut *weights,
             };
             members.fill(self.rows, &mut walk, &mut squares);
-            weigh::<K, P::Real, W, D, _>(weights, inverse_r, whole::<P::Real>(members.count));
+            weigh::<K, P::Real, W, D, _>(weights, near, whole::<P::Real>(members.count));
             for (w, &slot) in weights.iter().zip(members.others(self.rows)) {
                 // SAFETY: blocks of one colour share no particle.
                 unsafe { *self.density.slot(slot) += w.double() };
@@ -101,15 +102,15 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
 #[inline(always)]
 fn weigh<K: Kernel, R: Real, W: Wide, const D: usize, const N: usize>(
     lanes: &mut [R; N],
-    inverse_r: &mut [R; N],
+    near: &mut [f32; N],
     count: usize,
 ) {
     if R::NARROW {
         weigh_by_roots::<K, R, D>(&mut lanes[..count]);
         return;
     }
-    near_inverse_roots(lanes, inverse_r, count);
-    for (x, &near) in lanes[..count].iter_mut().zip(&*inverse_r) {
+    near_inverse_roots(lanes, near, count);
+    for (x, &near) in lanes[..count].iter_mut().zip(&*near) {
         let [q, _] = x.distance_from::<W::Arithmetic>(near);
         *x = K::w::<_, D>(q);
     }

@@ -35,6 +35,8 @@ struct Lanes<P: Precision> {
     across: [P::Real; ROOM],
     along: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
+    /// 1/r, nearly and well.
+    near: [f32; ROOM],
     inverse_r: [P::Real; ROOM],
 }
 
@@ -46,6 +48,7 @@ impl<P: Precision> Lanes<P> {
             across: zero,
             along: zero,
             noise: Noise::new(),
+            near: [0.0; ROOM],
             inverse_r: zero,
         }
     }
@@ -89,11 +92,11 @@ impl<K: Kernel, F: FrictionForm, P: Precision, const D: usize, const NOISE: bool
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
         let count = whole::<P::Real>(lanes.pairs.count);
-        near_inverse_roots(&lanes.pairs.r2, &mut lanes.inverse_r, count);
+        near_inverse_roots(&lanes.pairs.r2, &mut lanes.near, count);
         // Loop by loop: a machine has too few turns of a long one in hand to keep busy.
         for k in 0..count {
             let (r2, weight) = (lanes.pairs.r2[k], lanes.pairs.weight[k]);
-            let [q, inverse_r] = r2.distance_from::<W::Arithmetic>(lanes.inverse_r[k]);
+            let [q, inverse_r] = r2.distance_from::<W::Arithmetic>(lanes.near[k]);
             lanes.along[k] = K::f::<_, D>(q) * (weight * weight);
             lanes.inverse_r[k] = inverse_r;
         }

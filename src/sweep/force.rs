@@ -30,6 +30,8 @@ struct Lanes<P: Precision> {
     /// P_i/d_i^2 + P_j/d_j^2, then the factor of r that it makes.
     push: [P::Real; ROOM],
     noise: Noise<3, P::Real>,
+    /// 1/r, nearly and well.
+    near: [f32; ROOM],
     inverse_r: [P::Real; ROOM],
 }
 
@@ -41,6 +43,7 @@ impl<P: Precision> Lanes<P> {
             u: [zero; 3],
             push: zero,
             noise: Noise::new(),
+            near: [0.0; ROOM],
             inverse_r: zero,
         }
     }
@@ -175,10 +178,10 @@ where
     fn run<W: Wide>(self) {
         let lanes = self.lanes;
         let count = whole::<P::Real>(lanes.pairs.members.count);
-        near_inverse_roots(&lanes.pairs.r2, &mut lanes.inverse_r, count);
+        near_inverse_roots(&lanes.pairs.r2, &mut lanes.near, count);
         for k in 0..count {
             let (r2, weight) = (lanes.pairs.r2[k], lanes.pairs.weight[k]);
-            let [q, inverse_r] = r2.distance_from::<W::Arithmetic>(lanes.inverse_r[k]);
+            let [q, inverse_r] = r2.distance_from::<W::Arithmetic>(lanes.near[k]);
             let slope = K::f::<_, D>(q);
             lanes.push[k] = if CONSERVATIVE {
                 lanes.push[k] * slope
