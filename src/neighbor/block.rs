@@ -203,6 +203,7 @@ impl BlockList {
         // What follows the last pair must lead to slots as well.
         self.rows.slots.truncate(self.pairs());
         self.rows.slots.resize(self.pairs() + MOST, 0);
+        self.rows.mark_starts();
     }
 
     /// Slot ranges that may hold partners of the heads in cell `here`, which lies in the block at

@@ -1,5 +1,7 @@
 //! Pairs row by row: those of a row have one particle in common, its head.
 
+use crate::sweep::CHUNK;
+
 /// Rows of pairs that stay together.
 #[derive(Debug, Default, Clone)]
 pub struct Rows {
@@ -8,6 +10,9 @@ pub struct Rows {
     /// Slots of partners, row after row, and some more behind the last, so that a row can be read a
     /// vector at a time.
     pub slots: Vec<u32>,
+    /// A bit for each pair, the lowest one of a byte first: is it the first one of its row? And zeros behind the
+    /// last one, for a chunk of pairs.
+    pub starts: Vec<u8>,
 }
 
 impl Rows {
@@ -29,13 +34,24 @@ impl Rows {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        8 * self.ends.capacity() + 4 * self.slots.capacity()
+        8 * self.ends.capacity() + 4 * self.slots.capacity() + self.starts.capacity()
     }
 
     /// No rows; what they took is kept.
     pub(super) fn clear(&mut self) {
         self.ends.clear();
         self.slots.clear();
+    }
+
+    /// Marks the pairs that rows start with, once all rows are known.
+    pub(crate) fn mark_starts(&mut self) {
+        self.starts.clear();
+        self.starts.resize((self.pairs() + 2 * CHUNK) / 8, 0);
+        let mut begin = 0;
+        for &[_, end] in &self.ends {
+            self.starts[begin as usize / 8] |= 1 << (begin % 8);
+            begin = end;
+        }
     }
 
     /// Room for as many rows and slots as others have. What is not written holds some slots.

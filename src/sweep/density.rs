@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::precision::{Precision, Turns, Twice};
 use super::rows::{Companion, Ends, Members, ROOM, Wrap, row_sums, whole};
 use super::wide::Vector;
-use super::{Shared, Task, Walk, Wide, fetch, for_each_block_with, run_wide};
+use super::{Shared, Task, Wide, fetch, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{Grid, PairList, Rows};
@@ -36,7 +36,7 @@ struct Lanes<R> {
 impl<R: Real> Lanes<R> {
     fn new() -> Self {
         Self {
-            members: Members::new(),
+            members: Members::default(),
             weights: [R::ZERO; ROOM],
             near: [0.0; ROOM],
         }
@@ -72,21 +72,21 @@ impl<K: Kernel, P: Precision, const D: usize> Task for DensityTask<'_, K, P, D> 
             weights,
             near,
         } = self.lanes;
-        let mut walk = Walk::default();
-        while !walk.at_end(&self.rows.ends) {
+        members.rewind();
+        while members.has_more(self.rows) {
             let mut squares = Squares::<P, W, D> {
                 wrap: Wrap::new(self.cell),
                 place: self.place,
                 squares: &mut *weights,
             };
-            members.fill(self.rows, &mut walk, &mut squares);
+            members.fill(self.rows, &mut squares);
             weigh::<K, P::Real, W, D, _>(weights, near, whole::<P::Real>(members.count));
             for (w, &slot) in weights.iter().zip(members.others(self.rows)) {
                 // SAFETY: blocks of one colour share no particle.
                 unsafe { *self.density.slot(slot) += w.double() };
             }
             for n in 0..members.row_count() {
-                let (head, lanes) = members.row_at(n);
+                let (head, lanes) = members.row_at(self.rows, n);
                 // SAFETY: as above; the row's lanes, and a stride more.
                 unsafe {
                     let first = weights.as_ptr().add(lanes.start);

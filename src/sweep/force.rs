@@ -10,7 +10,7 @@ use super::precision::{Copies, Precision, States};
 use super::rows::{Companion, Ends, Geometry, Pairs, ROOM, whole};
 use super::tally::{BlockSums, Exchanged, PartLanes, Tally, Tensor, Virial, add_outer};
 use super::wide::Vector;
-use super::{Shared, Task, Walk, Wide, fetch, for_each_block_with, run_wide};
+use super::{Shared, Task, Wide, fetch, for_each_block_with, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{Grid, PairList, Rows};
@@ -61,7 +61,6 @@ struct Source<'a, R> {
 struct Gather<'a, P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> {
     source: &'a Source<'a, P::Real>,
     near: &'a Rows,
-    walk: &'a mut Walk,
     lanes: &'a mut Lanes<P>,
 }
 
@@ -156,7 +155,7 @@ impl<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool> Task
             pressure,
             noise,
         };
-        members.fill(self.near, self.walk, &mut all);
+        members.fill(self.near, &mut all);
     }
 }
 
@@ -374,13 +373,13 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
     V: Variate,
     P: Precision,
 {
-    let walk = &mut Walk::default();
     let mut virial = sums.map(Virial::new);
-    while !walk.at_end(&near.ends) {
+    lanes.pairs.members.rewind();
+    while lanes.pairs.members.has_more(near) {
         match (F::ON, V::ON) {
-            (true, true) => gather::<P, D, true, true>(source, near, walk, lanes),
-            (true, false) => gather::<P, D, true, false>(source, near, walk, lanes),
-            _ => gather::<P, D, false, false>(source, near, walk, lanes),
+            (true, true) => gather::<P, D, true, true>(source, near, lanes),
+            (true, false) => gather::<P, D, true, false>(source, near, lanes),
+            _ => gather::<P, D, false, false>(source, near, lanes),
         }
         if V::ON {
             lanes
@@ -400,13 +399,11 @@ fn sweep_block<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
 fn gather<P: Precision, const D: usize, const FRICTION: bool, const NOISE: bool>(
     source: &Source<'_, P::Real>,
     near: &Rows,
-    walk: &mut Walk,
     lanes: &mut Lanes<P>,
 ) {
     run_wide(Gather::<P, D, FRICTION, NOISE> {
         source,
         near,
-        walk,
         lanes,
     });
 }

@@ -44,13 +44,12 @@ impl<const N: usize, R: Real> Noise<N, R> {
         unsafe {
             let to = [0, 1].map(|n: usize| self.words[n].as_mut_ptr().add(lane));
             let of = |slot: u32| *of.get_unchecked(slot as usize);
-            if ends.two {
-                let words = ends.two_heads::<V>().map(of);
-                V::store_either(ends.first::<V>(), words, to[0]);
-            } else {
+            if let Some(all) = ends.all {
                 for n in 0..V::LANES {
-                    std::ptr::write_volatile(to[0].add(n), of(ends.heads[n]));
+                    std::ptr::write_volatile(to[0].add(n), of(all[n]));
                 }
+            } else {
+                V::store_either(ends.last, ends.two.map(of), to[0]);
             }
             for n in 0..V::LANES {
                 std::ptr::write_volatile(to[1].add(n), of(ends.others[n]));

@@ -3,7 +3,7 @@
 use super::precision::Mixed;
 use super::rows::{Companion, Ends, MOST, Members, ROOM, Wrap, first_lanes};
 use super::wide::{LANES, Vector};
-use super::{Task, Walk, Wide};
+use super::{Task, Wide};
 use crate::domain::PeriodicBox;
 use crate::neighbor::Rows;
 
@@ -47,7 +47,7 @@ impl<const D: usize> Task for Prune<'_, D> {
     #[inline(always)]
     fn run<W: Wide>(self) {
         let Self { rows, kept, .. } = self;
-        let (mut members, mut walk) = (Members::new(), Walk::default());
+        let mut members = Members::default();
         let mut near = Near::<W, D> {
             wrap: Wrap::new(self.cell),
             place: self.place,
@@ -58,8 +58,8 @@ impl<const D: usize> Task for Prune<'_, D> {
         kept.make_room(rows);
         kept.ends.resize(rows.ends.len(), [0; 2]);
         let mut first = 0;
-        while !walk.at_end(&rows.ends) {
-            members.fill::<W::Single>(rows, &mut walk, &mut near);
+        while members.has_more(rows) {
+            members.fill::<W::Single>(rows, &mut near);
             // Pairs kept before each vector.
             let mut before = [0; VECTORS];
             let count = members.count;
@@ -98,6 +98,7 @@ impl<const D: usize> Task for Prune<'_, D> {
             first += count;
         }
         kept.ends.truncate(found);
+        kept.mark_starts();
     }
 }
 
@@ -139,6 +140,7 @@ mod tests {
             expected.extend(near.map(|other| [head, other]));
         }
         rows.slots.extend([0; MOST]);
+        rows.mark_starts();
         let mut kept = Rows::default();
         run_wide(Prune::<D> {
             rows: &rows,

@@ -1,10 +1,11 @@
 //! Pairs in lanes: rows of pairs within support and skin, as many at a time as a chunk takes.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use super::precision::{Double, Precision};
 use super::wide::{LANES, Vector};
-use super::{CHUNK, Shared, Walk, Wide, ask_for};
+use super::{CHUNK, Shared, Wide, ask_for};
 use crate::domain::PeriodicBox;
 use crate::neighbor::Rows;
 use crate::real::{ROUNDER, Real};
@@ -122,25 +123,16 @@ impl<P: Precision, W: Wide> Separation<P, W> {
 
 /// Slots of both ends of as many pairs as a vector has lanes.
 pub(super) struct Ends<'a> {
-    pub heads: &'a [u32; MOST],
+    /// The heads of the last and of the first lane.
+    pub two: [u32; 2],
+    /// Bits of the lanes whose head is that of the last one, if it is not that of the first.
+    pub last: u32,
+    /// The heads of all lanes, where it is not taken for granted that there are no more than those two.
+    pub all: Option<&'a [u32; MOST]>,
     pub others: &'a [u32; MOST],
-    /// Is it taken for granted that there are no heads but those of the first and the last lane?
-    pub two: bool,
 }
 
 impl Ends<'_> {
-    /// The heads of the first and of the last lane.
-    #[inline(always)]
-    pub(super) fn two_heads<V: Vector>(&self) -> [u32; 2] {
-        [self.heads[0], self.heads[V::LANES - 1]]
-    }
-
-    /// Bits of the lanes whose head is that of the first one.
-    #[inline(always)]
-    pub(super) fn first<V: Vector>(&self) -> u32 {
-        V::equal(self.heads, self.heads[0])
-    }
-
     /// The columns of the heads' records.
     ///
     /// # Safety
@@ -149,12 +141,11 @@ impl Ends<'_> {
     pub(super) unsafe fn of_heads<V: Vector>(&self, base: &[[V::Number; 4]]) -> [V; 4] {
         // SAFETY: promised by the caller.
         unsafe {
-            if !self.two {
-                return V::columns(base.as_ptr(), self.heads.as_ptr());
+            if let Some(all) = self.all {
+                return V::columns(base.as_ptr(), all.as_ptr());
             }
-            let [first, last] = self.two_heads::<V>();
-            let record = |slot: u32| base.as_ptr().add(slot as usize);
-            V::of_two([record(first), record(last)], self.first::<V>())
+            let two = self.two.map(|slot| base.as_ptr().add(slot as usize));
+            V::of_two(two, self.last)
         }
     }
 
@@ -169,11 +160,11 @@ impl Ends<'_> {
     ) -> [[V; 4]; 2] {
         // SAFETY: promised by the caller.
         unsafe {
-            if !self.two {
-                return V::columns_twice(base, self.heads.as_ptr());
+            if let Some(all) = self.all {
+                return V::columns_twice(base, all.as_ptr());
             }
-            let two = self.two_heads::<V>().map(|slot| base.add(slot as usize));
-            V::of_two_twice(two, self.first::<V>())
+            let two = self.two.map(|slot| base.add(slot as usize));
+            V::of_two_twice(two, self.last)
         }
     }
 
@@ -239,103 +230,218 @@ pub(super) trait Companion<V: Vector> {
     unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize);
 }
 
-/// Whose pairs are in the lanes of a chunk.
+/// Where to read of the pairs of a chunk, vector by vector.
+#[derive(Clone, Copy)]
+struct Chunk<'a, V> {
+    slots: *const u32,
+    starts: *const u8,
+    rows: *const [u32; 2],
+    near: PhantomData<(&'a Rows, V)>,
+}
+
+impl<'a, V: Vector> Chunk<'a, V> {
+    /// That begins at a pair.
+    #[inline(always)]
+    fn new(near: &'a Rows, first: usize) -> Self {
+        Self {
+            slots: near.slots.as_ptr().wrapping_add(first),
+            starts: near.starts.as_ptr().wrapping_add(first / 8),
+            rows: near.ends.as_ptr(),
+            near: PhantomData,
+        }
+    }
+
+    /// Bits of those lanes behind the first one of a vector that rows start with; does one start behind the
+    /// last one?
+    ///
+    /// # Safety
+    /// It is one of the chunk's.
+    #[inline(always)]
+    unsafe fn starts(&self, vector: usize) -> (u32, usize) {
+        // SAFETY: promised by the caller; there are bits enough behind the last pair.
+        let bytes = unsafe {
+            self.starts
+                .add(V::LANES / 8 * vector)
+                .cast::<[u8; 4]>()
+                .read()
+        };
+        let bits = u32::from_le_bytes(bytes);
+        let inner = bits & (first_lanes::<V>(V::LANES) & !1);
+        (inner, (bits >> V::LANES & 1) as usize)
+    }
+
+    /// Bit k is set where more than one row starts behind the first lane of vector k.
+    #[inline(always)]
+    fn several(&self) -> u64 {
+        // A part for each vector of a word: its highest and its lowest bit.
+        let low = u64::MAX / u64::from(u32::MAX >> (32 - V::LANES));
+        let high = low << (V::LANES - 1);
+        let mut several = 0;
+        for (n, bytes) in self.bits().as_chunks::<8>().0.iter().enumerate() {
+            let inner = u64::from_le_bytes(*bytes) >> 1 & !high;
+            // More than one bit: some are left without the lowest; a part of more than 0 then gets its highest.
+            let more = inner & ((inner | high) - low);
+            let set = ((more + !high) & high) >> (V::LANES - 1);
+            for part in 0..64 / V::LANES {
+                several |= (set >> (V::LANES * part) & 1) << (64 / V::LANES * n + part);
+            }
+        }
+        several
+    }
+
+    /// Bits of the pairs that rows start with.
+    #[inline(always)]
+    fn bits(&self) -> &'a [u8; CHUNK / 8] {
+        // SAFETY: there are as many behind the last pair.
+        unsafe { &*self.starts.cast() }
+    }
+
+    /// Head of a row.
+    ///
+    /// # Safety
+    /// There is such a row.
+    #[inline(always)]
+    unsafe fn head(&self, row: usize) -> u32 {
+        // SAFETY: promised by the caller.
+        unsafe { (*self.rows.add(row))[0] }
+    }
+
+    /// Heads of the lanes of a vector that begins in a row, where others start at those bits.
+    ///
+    /// # Safety
+    /// There are as many rows.
+    #[inline(always)]
+    unsafe fn heads(&self, mut row: usize, starts: u32) -> [u32; MOST] {
+        let mut heads = [0; MOST];
+        for (lane, head) in heads.iter_mut().enumerate() {
+            row += (starts >> lane & 1) as usize;
+            // SAFETY: promised by the caller.
+            *head = unsafe { self.head(row) };
+        }
+        heads
+    }
+
+    /// Slots of the partners of a vector.
+    ///
+    /// # Safety
+    /// It is one of the chunk's.
+    #[inline(always)]
+    unsafe fn others(&self, vector: usize) -> &'a [u32; MOST] {
+        // SAFETY: promised by the caller; slots, too, follow the last pair.
+        unsafe { &*self.slots.add(V::LANES * vector).cast() }
+    }
+}
+
+/// Whose pairs are in the lanes of a chunk, and how far a walk along the rows of a block has come.
+#[derive(Default)]
 pub(super) struct Members {
     /// Pairs in use.
     pub count: usize,
-    /// Heads, each with the lane where its row ends.
-    rows: [[u32; 2]; CHUNK],
-    row_count: usize,
-    /// Slots of the heads, lane by lane.
-    heads: [u32; ROOM],
-    /// Where the partners begin among the slots of the pairs.
+    /// Where they begin among all pairs.
     first: usize,
+    /// The row of the first one.
+    row: usize,
+    /// Rows that they belong to.
+    row_count: usize,
 }
 
 impl Members {
-    pub(super) fn new() -> Self {
-        Self {
-            count: 0,
-            rows: [[0; 2]; CHUNK],
-            row_count: 0,
-            heads: [0; ROOM],
-            first: 0,
-        }
+    /// Back to the first pairs of a block.
+    #[inline(always)]
+    pub(super) fn rewind(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Are there pairs behind those in the lanes?
+    #[inline(always)]
+    pub(super) fn has_more(&self, near: &Rows) -> bool {
+        self.first + self.count < near.pairs()
     }
 
     /// Takes the next pairs of a block, a vector at a time. The lanes behind them hold other pairs, or none.
     #[inline(always)]
-    pub(super) fn fill<V: Vector>(
-        &mut self,
-        near: &Rows,
-        walk: &mut Walk,
-        companion: &mut impl Companion<V>,
-    ) {
-        let several = self.enter::<V>(near, walk);
+    pub(super) fn fill<V: Vector>(&mut self, near: &Rows, companion: &mut impl Companion<V>) {
+        self.enter(near);
         // The chunk after the next: what a machine foresees by itself ends with a page of memory.
         let next = self.first + self.count + CHUNK;
         ask_for(near.slots.as_ptr().wrapping_add(next), CHUNK);
         let vectors = self.count.div_ceil(V::LANES);
-        let mut left = (1 << vectors) - 1;
+        let at = Chunk::<V>::new(near, self.first);
         // Rows may be short, as in a plane.
-        if 2 * several.count_ones() as usize <= vectors {
+        let all = self.row_count > vectors;
+        let mut left = if all {
+            (1 << vectors) - 1
+        } else {
+            at.several()
+        };
+        if !all {
             // Vectors take no notice of where rows end: hardly any has more than two heads, and those
             // that have are gathered again.
-            for lane in (0..self.count).step_by(V::LANES) {
-                // SAFETY: slots of particles, for all pairs and a vector more.
-                unsafe { companion.take(&self.ends(near, lane, true), lane) };
+            let mut row = self.row;
+            for vector in 0..vectors {
+                // SAFETY: slots of particles, for all pairs and a vector more, and bits likewise.
+                unsafe {
+                    let (starts, next) = at.starts(vector);
+                    let last = row + starts.count_ones() as usize;
+                    let ends = Ends {
+                        two: [at.head(last), at.head(row)],
+                        // The lowest one and those above.
+                        last: starts | starts.wrapping_neg(),
+                        all: None,
+                        others: at.others(vector),
+                    };
+                    companion.take(&ends, V::LANES * vector);
+                    row = last + next;
+                }
             }
-            left = several;
         }
+        let (mut row, mut known) = (self.row, 0);
         while left != 0 {
-            let lane = V::LANES * left.trailing_zeros() as usize;
+            let vector = left.trailing_zeros() as usize;
             // SAFETY: as above.
-            unsafe { companion.take(&self.ends(near, lane, false), lane) };
+            unsafe {
+                while known < vector {
+                    let (starts, next) = at.starts(known);
+                    row += starts.count_ones() as usize + next;
+                    known += 1;
+                }
+                let all = &at.heads(row, at.starts(vector).0);
+                let ends = Ends {
+                    two: [all[V::LANES - 1], all[0]],
+                    last: 0,
+                    all: Some(all),
+                    others: at.others(vector),
+                };
+                companion.take(&ends, V::LANES * vector);
+            }
             left &= left - 1;
         }
     }
 
-    /// Notes the rows and heads of the next pairs. Bit k of what it returns is set where vector k may have
-    /// more than two heads.
+    /// Goes on to the next pairs.
     #[inline(always)]
-    fn enter<V: Vector>(&mut self, near: &Rows, walk: &mut Walk) -> u64 {
-        (self.row_count, self.count) = (0, 0);
-        let mut several = 0;
-        self.first = walk.pair as usize;
-        let stop = walk.stop(&near.ends, CHUNK);
-        while let Some((head, pairs)) = walk.next_row(&near.ends, stop) {
-            let (lane, end) = (self.count, self.count + pairs.len());
-            self.count = end;
-            self.rows[self.row_count] = [head, end as u32];
-            self.row_count += 1;
-            // The next row overwrites what is behind this one.
-            for k in (lane..end).step_by(STRIDE) {
-                self.heads[k..k + STRIDE].fill(head);
-            }
-            // A row inside a vector: it has three heads, or more, or is the last one of the chunk.
-            let inside = lane % V::LANES != 0 && lane / V::LANES == end / V::LANES;
-            several |= u64::from(inside) << (lane / V::LANES);
-        }
-        // What the last vector holds beyond, whatever it holds: slots of particles.
-        let last = self.heads[self.count.max(1) - 1];
-        self.heads[self.count..self.count + MOST].fill(last);
-        several
-    }
-
-    /// The ends of as many pairs as a vector has lanes, from that lane on.
-    ///
-    /// # Safety
-    /// There are as many, or slots behind the last.
-    #[inline(always)]
-    unsafe fn ends<'a>(&'a self, near: &'a Rows, lane: usize, two: bool) -> Ends<'a> {
-        // SAFETY: promised by the caller.
-        unsafe {
-            Ends {
-                heads: &*self.heads.as_ptr().add(lane).cast(),
-                others: &*near.slots.as_ptr().add(self.first + lane).cast(),
-                two,
-            }
-        }
+    fn enter(&mut self, near: &Rows) {
+        self.row += self.row_count;
+        self.first += self.count;
+        self.count = CHUNK.min(near.pairs() - self.first);
+        // SAFETY: there are as many bits, or zeros, from every multiple of that on.
+        let bits = unsafe {
+            &*near
+                .starts
+                .as_ptr()
+                .add(self.first / 8)
+                .cast::<[u8; CHUNK / 8]>()
+        };
+        let starts: u32 = bits
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .map(|&byte| u64::from_ne_bytes(byte).count_ones())
+            .sum();
+        // A row that goes on has started before.
+        let goes_on = usize::from(bits[0] & 1 == 0);
+        self.row -= goes_on;
+        self.row_count = starts as usize + goes_on;
     }
 
     /// Slots of the partners, lane by lane.
@@ -347,15 +453,20 @@ impl Members {
     /// Number of rows.
     #[inline(always)]
     pub(super) fn row_count(&self) -> usize {
-        self.row_count.min(CHUNK)
+        self.row_count
     }
 
     /// Head and lanes of a row. (No callbacks: they would be compiled without wide instructions.)
     #[inline(always)]
-    pub(super) fn row_at(&self, n: usize) -> (u32, Range<usize>) {
-        let begin = if n == 0 { 0 } else { self.rows[n - 1][1] };
-        let [head, end] = self.rows[n];
-        (head, begin as usize..end as usize)
+    pub(super) fn row_at(&self, near: &Rows, n: usize) -> (u32, Range<usize>) {
+        let lane = |end: u32| (end as usize - self.first).min(self.count);
+        let begin = if n == 0 {
+            0
+        } else {
+            lane(near.ends[self.row + n - 1][1])
+        };
+        let [head, end] = near.ends[self.row + n];
+        (head, begin..lane(end))
     }
 }
 
@@ -429,7 +540,7 @@ where
 impl<P: Precision> Pairs<P> {
     pub(super) fn new() -> Self {
         Self {
-            members: Members::new(),
+            members: Members::default(),
             r: [[P::Real::ZERO; ROOM]; 3],
             r2: [P::Real::ZERO; ROOM],
             weight: [P::Real::ZERO; ROOM],
@@ -443,7 +554,6 @@ impl<P: Precision> Pairs<P> {
         near: &Rows,
         cell: &PeriodicBox,
         place: &[[P::Real; 4]],
-        walk: &mut Walk,
         companion: &mut impl Companion<P::Vector<W>>,
     ) {
         let (members, geometry) = self.parts(cell);
@@ -452,7 +562,7 @@ impl<P: Precision> Pairs<P> {
             place,
             companion,
         };
-        members.fill(near, walk, &mut all);
+        members.fill(near, &mut all);
     }
 
     /// For who fills the lanes otherwise.
@@ -506,7 +616,7 @@ impl<P: Precision> Pairs<P> {
             }
         }
         for n in 0..self.members.row_count() {
-            let (head, lanes) = self.members.row_at(n);
+            let (head, lanes) = self.members.row_at(near, n);
             // SAFETY: promised by the caller; rows begin within the chunk.
             unsafe {
                 let [x, y, z] = columns;

@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 use super::heat_tally::{Flow, HeatMoment, HeatSums, HeatTally};
 use super::precision::Double;
 use super::rows::{Companion, Ends, Pairs, ROOM, whole};
-use super::{Shared, Task, Walk, Wide, for_each_block, run_wide};
+use super::{Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{Grid, PairList, Rows};
@@ -52,7 +52,7 @@ impl<K: Kernel, const D: usize> WorkTask<'_, K, D> {
     fn hand_over(&self, pairs: &Pairs, slope: &[f64; ROOM], sum: &mut Flow) {
         let others = pairs.members.others(self.near);
         for n in 0..pairs.members.row_count() {
-            let (head, lanes) = pairs.members.row_at(n);
+            let (head, lanes) = pairs.members.row_at(self.near, n);
             for lane in lanes {
                 let (i, j) = (head as usize, others[lane] as usize);
                 let [u, w] = [i, j].map(|slot| &self.mean[slot]);
@@ -74,22 +74,16 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
 
     #[inline(always)]
     fn run<W: Wide>(self) {
-        let (mut pairs, mut walk) = (Pairs::<Double>::new(), Walk::default());
+        let mut pairs = Pairs::<Double>::new();
         let mut u = [[0.0; ROOM]; 3];
         let (mut approach, mut slope) = ([0.0; ROOM], [0.0; ROOM]);
         let mut handed = HeatMoment::default();
-        while !walk.at_end(&self.near.ends) {
+        while pairs.members.has_more(self.near) {
             let mut companion = Approach {
                 mean: self.mean,
                 u: &mut u,
             };
-            pairs.fill::<W, D>(
-                self.near,
-                self.cell,
-                self.position,
-                &mut walk,
-                &mut companion,
-            );
+            pairs.fill::<W, D>(self.near, self.cell, self.position, &mut companion);
             for k in 0..whole::<f64>(pairs.members.count) {
                 let r2 = pairs.r2[k];
                 let inverse = r2.at_least(f64::TINY).inverse_root::<W::Arithmetic>();
@@ -105,7 +99,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
             }
             let others = pairs.members.others(self.near);
             for n in 0..pairs.members.row_count() {
-                let (head, lanes) = pairs.members.row_at(n);
+                let (head, lanes) = pairs.members.row_at(self.near, n);
                 let mut sum = 0.0;
                 for lane in lanes {
                     sum += approach[lane];

@@ -93,14 +93,13 @@ impl Vector for Avx512 {
         }
     }
     #[inline(always)]
-    unsafe fn of_two([set, unset]: [*const [f64; 4]; 2], first: u32) -> [Self; 4] {
+    unsafe fn of_two([set, unset]: [*const [f64; 4]; 2], keep: u32) -> [Self; 4] {
         unsafe {
             let both = _mm512_insertf64x4::<1>(
-                _mm512_castpd256_pd512(_mm256_loadu_pd(set.cast())),
-                _mm256_loadu_pd(unset.cast()),
+                _mm512_castpd256_pd512(_mm256_loadu_pd(unset.cast())),
+                _mm256_loadu_pd(set.cast()),
             );
-            let (zero, four) = (_mm512_setzero_si512(), _mm512_set1_epi64(4));
-            let mut place = _mm512_mask_mov_epi64(four, first as u8, zero);
+            let mut place = _mm512_maskz_mov_epi64(keep as u8, _mm512_set1_epi64(4));
             let mut columns = [Self(both); 4];
             for column in &mut columns {
                 *column = Self(_mm512_permutexvar_pd(place, both));
@@ -279,13 +278,12 @@ unsafe fn eight_twice(base: *const [[f32; 4]; 2], slots: *const u32) -> [__m512;
     }
 }
 
-/// The first N numbers of a register where the bits are set, those behind them elsewhere.
+/// The second N numbers of a register where the bits are set, the first ones elsewhere.
 #[inline(always)]
-unsafe fn spread<const N: usize>(both: __m512, first: u32) -> [Single; N] {
+unsafe fn spread<const N: usize>(both: __m512, keep: u32) -> [Single; N] {
     // SAFETY: the machine has the instructions.
     unsafe {
-        let (zero, behind) = (_mm512_setzero_si512(), _mm512_set1_epi32(N as i32));
-        let mut place = _mm512_mask_mov_epi32(behind, first as u16, zero);
+        let mut place = _mm512_maskz_mov_epi32(keep as u16, _mm512_set1_epi32(N as i32));
         let mut columns = [Single(both); N];
         for column in &mut columns {
             *column = Single(_mm512_permutexvar_ps(place, both));
@@ -368,12 +366,12 @@ impl Vector for Single {
         }
     }
     #[inline(always)]
-    unsafe fn of_two_twice([set, unset]: [*const [[f32; 4]; 2]; 2], first: u32) -> [[Self; 4]; 2] {
+    unsafe fn of_two_twice([set, unset]: [*const [[f32; 4]; 2]; 2], keep: u32) -> [[Self; 4]; 2] {
         unsafe {
-            let both = _mm512_castps_pd(_mm512_castps256_ps512(_mm256_loadu_ps(set.cast())));
-            let unset = _mm256_castps_pd(_mm256_loadu_ps(unset.cast()));
-            let both = _mm512_castpd_ps(_mm512_insertf64x4::<1>(both, unset));
-            let [a, b, c, d, e, f, g, h] = spread(both, first);
+            let both = _mm512_castps_pd(_mm512_castps256_ps512(_mm256_loadu_ps(unset.cast())));
+            let set = _mm256_castps_pd(_mm256_loadu_ps(set.cast()));
+            let both = _mm512_castpd_ps(_mm512_insertf64x4::<1>(both, set));
+            let [a, b, c, d, e, f, g, h] = spread(both, keep);
             [[a, b, c, d], [e, f, g, h]]
         }
     }
@@ -408,13 +406,13 @@ impl Vector for Single {
         }
     }
     #[inline(always)]
-    unsafe fn of_two([set, unset]: [*const [f32; 4]; 2], first: u32) -> [Self; 4] {
+    unsafe fn of_two([set, unset]: [*const [f32; 4]; 2], keep: u32) -> [Self; 4] {
         unsafe {
             let both = _mm512_castps256_ps512(_mm256_set_m128(
-                _mm_loadu_ps(unset.cast()),
                 _mm_loadu_ps(set.cast()),
+                _mm_loadu_ps(unset.cast()),
             ));
-            spread(both, first)
+            spread(both, keep)
         }
     }
     #[inline(always)]

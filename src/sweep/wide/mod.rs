@@ -149,12 +149,12 @@ pub trait Vector: Copy {
     /// # Safety
     /// There are two records; for the rest see the trait.
     #[inline(always)]
-    unsafe fn of_two(records: [*const [Self::Number; 4]; 2], first: u32) -> [Self; 4] {
+    unsafe fn of_two(records: [*const [Self::Number; 4]; 2], keep: u32) -> [Self; 4] {
         // SAFETY: promised by the caller.
         let [set, unset] = unsafe { [*records[0], *records[1]] };
         let mut columns = [Self::splat(set[0]); 4];
         for a in 0..4 {
-            columns[a] = Self::splat(set[a]).where_set(first, Self::splat(unset[a]));
+            columns[a] = Self::splat(set[a]).where_set(keep, Self::splat(unset[a]));
         }
         columns
     }
@@ -165,14 +165,14 @@ pub trait Vector: Copy {
     #[inline(always)]
     unsafe fn of_two_twice(
         records: [*const [[Self::Number; 4]; 2]; 2],
-        first: u32,
+        keep: u32,
     ) -> [[Self; 4]; 2] {
         let [set, unset] = records.map(|record| record.cast::<[Self::Number; 4]>());
         // SAFETY: promised by the caller.
         unsafe {
             [
-                Self::of_two([set, unset], first),
-                Self::of_two([set.add(1), unset.add(1)], first),
+                Self::of_two([set, unset], keep),
+                Self::of_two([set.add(1), unset.add(1)], keep),
             ]
         }
     }
