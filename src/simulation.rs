@@ -2,6 +2,7 @@
 
 mod motion;
 
+use motion::Gone;
 pub use motion::Moved;
 
 use std::sync::{Arc, Mutex};
@@ -123,6 +124,7 @@ pub struct Engine {
     body_force: BodyForce,
     skin: f64,
     margin: f64,
+    gone: Gone,
     clock: Clock,
     before: Option<Before>,
     /// dt [user] that the forces at hand were computed for.
@@ -365,6 +367,7 @@ impl Engine {
             observers: Vec::new(),
             skin,
             margin,
+            gone: Gone::ANYWHERE,
             clock: Clock {
                 base_time: 0.0,
                 base_step: 0,
@@ -513,6 +516,7 @@ impl Engine {
             let _ = integrator.refresh(self, dt);
             self.particles.force.copy_from_slice(&force);
         });
+        self.gone = Gone::ANYWHERE;
         self.forces_for = Some(self.clock.dt);
     }
 
@@ -677,6 +681,7 @@ impl Engine {
             self.check_finite()?;
             self.check_limits()?;
             self.grid.renew(&self.cell, D, &mut self.particles);
+            self.gone = Gone::NOWHERE;
             self.counters.grid_renewals += 1;
         }
         let cutoff = 1.0 + self.margin;
@@ -844,6 +849,13 @@ impl Engine {
                     }
                 }
             });
+    }
+
+    /// Is it some observer's turn?
+    pub(crate) fn is_observed(&self) -> bool {
+        let mut observed = false;
+        self.each_observer(|observer| observed |= self.step.is_multiple_of(observer.every()));
+        observed
     }
 
     /// Shows the state after a step to the observers whose turn it is.

@@ -101,6 +101,8 @@ pub struct Particles {
     pub velocity: Records,
     /// fx, fy, fz, and the heat of an integrator that makes both at once.
     pub force: Records,
+    /// Is it all 0, for sums to begin with?
+    pub(crate) force_is_zero: bool,
     /// Dissipative force where an integrator evaluates it anew; empty otherwise.
     pub drag: Records,
     /// Number density d.
@@ -128,6 +130,7 @@ impl Particles {
             position: Records::new(n),
             velocity: Records::new(n),
             force: Records::new(n),
+            force_is_zero: false,
             drag: Records::new(if with_drag { n } else { 0 }),
             density: vec![0.0; n],
             id: (0..n as u64).collect(),

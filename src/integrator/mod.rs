@@ -224,14 +224,14 @@ pub(crate) fn drift<const D: usize>(engine: &mut Engine, dt: f64, shuffle: bool)
     follow::<D>(engine, dt, moved, shuffle)
 }
 
-/// A kick of t before, in one go through the particles.
-pub(crate) fn kick_and_drift<const D: usize>(
+/// So many kicks of t before, in one go through the particles.
+pub(crate) fn kick_and_drift<const KICKS: u32, const D: usize>(
     engine: &mut Engine,
     t: f64,
     dt: f64,
     shuffle: bool,
 ) -> Result<()> {
-    let moved = engine.kick_and_move(t, dt)?;
+    let moved = engine.kick_and_move::<KICKS>(t, dt)?;
     follow::<D>(engine, dt, moved, shuffle)
 }
 
@@ -241,12 +241,14 @@ fn follow<const D: usize>(engine: &mut Engine, dt: f64, moved: Moved, shuffle: b
         tally.drift(dt, &engine.particles.velocity);
     }
     engine.stopwatch.lap(Phase::Motion);
+    let beyond = engine.is_beyond_margin();
+    engine.stopwatch.lap(Phase::Lists);
     let crossings = engine.walls.crossings;
     engine.bounce()?;
     if engine.walls.crossings > crossings {
         // Back from a bent wall a particle may have come farther than it flew.
-        engine.list.travel += 2.0 * moved.way(dt);
+        engine.note_way(2.0 * moved.way(dt));
     }
     engine.stopwatch.lap(Phase::Walls);
-    engine.keep_lists::<D>(moved, shuffle)
+    engine.keep_lists::<D>(beyond, shuffle)
 }

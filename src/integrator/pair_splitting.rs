@@ -94,7 +94,7 @@ impl<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D: usize> Integ
         for _ in 0..steps {
             let started = engine.step;
             self.exchange(engine, 0.5 * dt, started, Direction::Forward);
-            kick_and_drift::<D>(engine, 0.5 * dt, dt, self.shuffles())?;
+            kick_and_drift::<1, D>(engine, 0.5 * dt, dt, self.shuffles())?;
             engine.step += 1;
             update_densities::<K, P, D>(engine);
             conservative_forces::<K, P, D>(engine);

@@ -10,11 +10,39 @@ use crate::stopwatch::Phase;
 /// A displacement per step, in supports, beyond which a run has gone wrong.
 const RUNAWAY: f64 = 1.0;
 
-/// Squared displacements and speed found while moving the particles.
+/// The square of the highest speed found while moving the particles.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moved {
-    from_grid: f64,
     speed: f64,
+}
+
+/// How far particles may be from where the grid was renewed [h].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gone {
+    /// The farthest one, when somebody looked.
+    known: f64,
+    /// At most so far has any gone since.
+    since: f64,
+}
+
+impl Gone {
+    /// Nowhere, just after a renewal.
+    pub(super) const NOWHERE: Self = Self {
+        known: 0.0,
+        since: 0.0,
+    };
+    /// Nobody knows.
+    pub(super) const ANYWHERE: Self = Self {
+        known: f64::INFINITY,
+        since: 0.0,
+    };
+    /// More than the rounding of a position, and of sums of ways, as a share of the margin.
+    const HAIR: f64 = 1e-6;
+
+    /// Has one perhaps left a margin?
+    fn may_be_beyond(&self, margin: f64) -> bool {
+        2.0 * (self.known + self.since) > (1.0 - Self::HAIR) * margin
+    }
 }
 
 /// v += t f.
@@ -50,18 +78,6 @@ fn square_from(position: &[f64; 4], origin: &[f64; 3]) -> f64 {
 }
 
 impl Moved {
-    /// r += v dt of one particle.
-    #[inline(always)]
-    fn new(position: &mut [f64; 4], v: &[f64; 4], grid: &[f64; 3], dt: f64) -> Self {
-        for a in 0..3 {
-            position[a] += dt * v[a];
-        }
-        Self {
-            from_grid: square_from(position, grid),
-            speed: visible_square([v[0], v[1], v[2]]),
-        }
-    }
-
     /// How far the fastest particle has come in this step.
     pub(crate) fn way(&self, dt: f64) -> f64 {
         self.speed.sqrt() * dt.abs()
@@ -69,7 +85,6 @@ impl Moved {
 
     fn most(self, other: Self) -> Self {
         Self {
-            from_grid: self.from_grid.max(other.from_grid),
             speed: self.speed.max(other.speed),
         }
     }
@@ -137,29 +152,42 @@ impl Engine {
         }
     }
 
-    /// r += v dt; how far the particles are from where the grid was built.
+    /// r += v dt.
     pub(crate) fn move_particles(&mut self, dt: f64) -> Result<Moved> {
-        self.move_each(dt, |_, _, _| ())
+        self.move_each::<false>(dt, |v, _, _| v)
     }
 
-    /// v += t f, body force included, then r += v dt.
-    pub(crate) fn kick_and_move(&mut self, t: f64, dt: f64) -> Result<Moved> {
-        self.note_kick(t);
+    /// v += t f, body force included, so many times, then r += v dt. Forces are 0 afterwards: they are to be
+    /// summed anew.
+    pub(crate) fn kick_and_move<const KICKS: u32>(&mut self, t: f64, dt: f64) -> Result<Moved> {
+        for _ in 0..KICKS {
+            self.note_kick(t);
+        }
         let (cell, body) = (self.cell, self.body_force);
+        self.particles.force_is_zero = true;
         match body {
-            BodyForce::None => self.move_each(dt, |v, f, _| kick_by(v, f, t)),
-            _ => self.move_each(dt, |v, f, position| {
-                kick_both(v, f, &body.at(position, &cell), t);
+            BodyForce::None => self.move_each::<true>(dt, |mut v, f, _| {
+                for _ in 0..KICKS {
+                    kick_by(&mut v, &f, t);
+                }
+                v
+            }),
+            _ => self.move_each::<true>(dt, |mut v, f, position| {
+                let more = body.at(&position, &cell);
+                for _ in 0..KICKS {
+                    kick_both(&mut v, &f, &more, t);
+                }
+                v
             }),
         }
     }
 
-    /// Moves the particles, after `first` has been done to each: to its velocity, by force and position.
+    /// Moves the particles, after velocities have become what `kicked` makes of velocity, force and position.
     #[inline(always)]
-    fn move_each(
+    fn move_each<const USES_UP: bool>(
         &mut self,
         dt: f64,
-        first: impl Fn(&mut [f64; 4], &[f64; 4], &[f64; 4]) + Sync + Send,
+        kicked: impl Fn([f64; 4], [f64; 4], [f64; 4]) -> [f64; 4] + Sync + Send,
     ) -> Result<Moved> {
         let particles = &mut self.particles;
         let moved = particles
@@ -167,25 +195,59 @@ impl Engine {
             .par_iter_mut()
             .with_min_len(GRAIN)
             .zip(particles.velocity.par_iter_mut())
-            .zip(&particles.force)
-            .zip(&self.grid.reference)
-            .map(|(((position, v), f), grid)| {
-                first(v, f, position);
-                Moved::new(position, v, grid, dt)
+            .zip(particles.force.par_iter_mut())
+            .map(|((position, velocity), force)| {
+                // Read before anything is written: parts of what has just been written are slow to read.
+                let (mut x, v, f) = (*position, *velocity, *force);
+                let v = kicked(v, f, x);
+                for a in 0..3 {
+                    x[a] += dt * v[a];
+                }
+                (*position, *velocity) = (x, v);
+                if USES_UP {
+                    *force = [0.0; 4];
+                }
+                let speed = visible_square([v[0], v[1], v[2]]);
+                Moved { speed }
             })
             .reduce(Moved::default, Moved::most);
         if moved.speed * dt * dt > RUNAWAY * RUNAWAY {
             return Err(self.find_runaway(dt));
         }
         // No farther than the fastest ones of each step: that spares a look at where they were.
-        self.list.travel += moved.way(dt);
+        self.note_way(moved.way(dt));
         Ok(moved)
     }
 
+    /// No particle has gone farther than that, beside what is known.
+    pub(crate) fn note_way(&mut self, way: f64) {
+        self.list.travel += way;
+        self.gone.since += way;
+    }
+
+    /// Has a particle left its margin? Seldom does anybody have to look where the grid was renewed.
+    pub(crate) fn is_beyond_margin(&mut self) -> bool {
+        if !self.gone.may_be_beyond(self.margin) {
+            return false;
+        }
+        let farthest = self
+            .particles
+            .position
+            .par_iter()
+            .with_min_len(GRAIN)
+            .zip(&self.grid.reference)
+            .map(|(position, grid)| square_from(position, grid))
+            .reduce(|| 0.0, f64::max);
+        self.gone = Gone {
+            known: farthest.sqrt(),
+            since: 0.0,
+        };
+        4.0 * farthest > self.margin * self.margin
+    }
+
     /// Renews grid and lists where a particle has left its margin, and prunes the lists where one may have left the skin.
-    pub(crate) fn keep_lists<const D: usize>(&mut self, moved: Moved, shuffle: bool) -> Result<()> {
-        let beyond = |square: f64, width: f64| 4.0 * square > width * width;
-        let result = if beyond(moved.from_grid, self.margin) {
+    pub(crate) fn keep_lists<const D: usize>(&mut self, beyond: bool, shuffle: bool) -> Result<()> {
+        let result = if beyond {
             self.rebuild::<D>(true, shuffle)
         } else {
             if 2.0 * self.list.travel > self.skin {

@@ -449,8 +449,8 @@ fn finish<K, F, P, const D: usize, const CONSERVATIVE: bool, const NOISE: bool>(
     }
 }
 
-/// Adds the forces of all pairs to those of the particles, which it sets to 0 before: of the
-/// `velocity` that is given, and of pressures where `CONSERVATIVE`.
+/// Adds the forces of all pairs to those of the particles, which are 0: of the `velocity` that is given, and of
+/// pressures where `CONSERVATIVE`.
 #[allow(clippy::too_many_arguments)]
 fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
     force: &mut [[f64; 4]],
@@ -468,7 +468,6 @@ fn sweep<K, F, V, P, const D: usize, const CONSERVATIVE: bool>(
     V: Variate,
     P: Precision,
 {
-    force.fill([0.0; 4]);
     let force = Shared::new(force);
     let present = std::mem::take(&mut copies.twice_is_present) && CONSERVATIVE;
     let source = Source {
@@ -521,10 +520,14 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D
         position,
         velocity,
         force,
+        force_is_zero,
         id,
         copies,
         ..
     } = particles;
+    if !std::mem::take(force_is_zero) {
+        force.fill([0.0; 4]);
+    }
     let state = [&position[..], &velocity[..]];
     let process = (kick, key);
     sweep::<K, F, V, P, D, true>(force, state, id, copies, grid, list, cell, process, sums);
@@ -555,6 +558,7 @@ pub fn drag_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D
         copies,
         ..
     } = particles;
+    drag.fill([0.0; 4]);
     let state = [&position[..], &scratch[..]];
     let process = (kick, key);
     sweep::<K, F, V, P, D, false>(drag, state, id, copies, grid, list, cell, process, sums);
