@@ -5,7 +5,7 @@ use crate::sweep::CHUNK;
 /// Rows of pairs that stay together.
 #[derive(Debug, Default, Clone)]
 pub struct Rows {
-    /// (slot of the row's head, end of the row in `slots`).
+    /// (slot of the row's head, end of the row in `slots`). No row is empty.
     pub ends: Vec<[u32; 2]>,
     /// Slots of partners, row after row, and some more behind the last, so that a row can be read a
     /// vector at a time.
@@ -49,6 +49,7 @@ impl Rows {
         self.starts.resize((self.pairs() + 2 * CHUNK) / 8, 0);
         let mut begin = 0;
         for &[_, end] in &self.ends {
+            debug_assert!(end > begin);
             self.starts[begin as usize / 8] |= 1 << (begin % 8);
             begin = end;
         }

@@ -127,8 +127,8 @@ pub fn near_inverse_roots<R: Real, const N: usize>(r2: &[R; N], near: &mut [f32;
     for k in 0..count {
         near[k] = r2[k].at_least(R::TINY).single();
     }
-    // By themselves: as many of them fill a register as of those that the loop before begins with do two,
-    // and a full one takes no longer than half of one.
+    // In a loop of its own, where twice as many fill a register: roots of a full one take no longer than those
+    // of half a one.
     for root in &mut near[..count] {
         *root = 1.0 / root.sqrt();
     }

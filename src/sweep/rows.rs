@@ -634,3 +634,83 @@ impl<P: Precision> Pairs<P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Task, run_wide};
+    use super::*;
+    use crate::random::fmix64;
+
+    /// Writes down both ends of each lane.
+    struct Seen([[u32; 2]; ROOM]);
+
+    impl<V: Vector> Companion<V> for Seen {
+        #[inline(always)]
+        unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize) {
+            for k in 0..V::LANES {
+                let head = match ends.all {
+                    Some(all) => all[k],
+                    None => ends.two[usize::from(ends.last >> k & 1 == 0)],
+                };
+                self.0[lane + k] = [head, ends.others[k]];
+            }
+        }
+    }
+
+    struct Check<'a>(&'a Rows);
+
+    impl Check<'_> {
+        #[inline(always)]
+        fn with<V: Vector>(&self) {
+            let mut all = self
+                .0
+                .iter()
+                .flat_map(|(head, row)| row.iter().map(move |&other| [head, other]));
+            let (mut members, mut seen) = (Members::default(), Seen([[0; 2]; ROOM]));
+            // Again, as for the next block.
+            members.count = 7;
+            members.rewind();
+            while members.has_more(self.0) {
+                members.fill::<V>(self.0, &mut seen);
+                let mut lanes = 0..members.count;
+                for n in 0..members.row_count() {
+                    let (head, row) = members.row_at(self.0, n);
+                    assert!(!row.is_empty());
+                    for lane in row {
+                        assert_eq!(Some(lane), lanes.next());
+                        assert_eq!(seen.0[lane], [head, members.others(self.0)[lane]]);
+                        assert_eq!(Some(seen.0[lane]), all.next());
+                    }
+                }
+                assert_eq!(lanes.next(), None);
+            }
+            assert_eq!(all.next(), None);
+        }
+    }
+
+    impl Task for Check<'_> {
+        type Output = ();
+        #[inline(always)]
+        fn run<W: Wide>(self) {
+            self.with::<W>();
+            self.with::<W::Single>();
+        }
+    }
+
+    #[test]
+    fn lanes_have_the_ends_of_the_pairs_of_rows_of_any_length() {
+        for longest in [1, 2, 5, 9, 20, 40, 300, 1000] {
+            for count in [0, 1, 2, 40, 300] {
+                let mut rows = Rows::default();
+                for head in 0..count {
+                    let length = 1 + fmix64(u64::from(longest * 1000 + head)) as u32 % longest;
+                    rows.slots.extend((0..length).map(|k| 7 * k + head));
+                    rows.ends.push([1_000_000 + head, rows.slots.len() as u32]);
+                }
+                rows.slots.extend([0; MOST]);
+                rows.mark_starts();
+                run_wide(Check(&rows));
+            }
+        }
+    }
+}

@@ -91,6 +91,46 @@ def test_a_verlet_run_may_be_cut_with_any_number_of_iterations(iterations: int) 
     assert_same_bits(snapshot(whole), snapshot(pieces))
 
 
+def test_kicks_by_a_body_force_may_be_cut_as_well() -> None:
+    system = fluid(3, body_force=(0.3, 0.0, -0.2), body_wave=(1, 2))
+    whole, pieces = (core(system, iterations=0) for _ in range(2))
+    whole.run(12, system.dt)
+    for steps in (1, 4, 1, 6):
+        pieces.run(steps, system.dt)
+    assert_same_bits(snapshot(whole), snapshot(pieces))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_the_grid_is_renewed_just_when_a_particle_has_left_its_margin(
+    integrator: str, dimension: int
+) -> None:
+    system = fluid(dimension)
+    sim = core(system, integrator)
+    half = 0.5 * sim.statistics()["margin"] / system.support
+
+    def farthest() -> float:
+        state = sim.state()
+        at = np.frombuffer(state["position"]).reshape(-1, 4)[:, :dimension]
+        reference = np.frombuffer(state["grid_reference"]).reshape(-1, 3)[:, :dimension]
+        return float(np.linalg.norm(at - reference, axis=1).max())
+
+    renewals = 0
+    for _ in range(150):
+        before, positions = farthest(), np.array(sim.positions)
+        known = sim.statistics()["grid_renewals"]
+        sim.run(1, system.dt)
+        assert farthest() <= half
+        if sim.statistics()["grid_renewals"] > known:
+            renewals += 1
+            way = np.array(sim.positions) - positions
+            way -= system.box * np.round(way / system.box)
+            step = float(np.linalg.norm(way, axis=1).max()) / system.support
+            assert before + step > half * (1.0 - 1e-9)
+            assert farthest() < 1e-12
+    assert renewals > 3
+
+
 @pytest.mark.parametrize("refresh", [False, True])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_refresh_without_a_change_is_no_change(integrator: str, refresh: bool) -> None:

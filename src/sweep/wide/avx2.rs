@@ -142,10 +142,6 @@ impl Vector for Avx2 {
     unsafe fn store_either(keep: u32, words: [u32; 2], to: *mut u32) {
         unsafe { _mm256_storeu_si256(to.cast(), either(keep, words)) }
     }
-    #[inline(always)]
-    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
-        unsafe { equal(numbers.as_ptr(), number) }
-    }
 }
 
 /// All bits of the lanes whose bits are set.
@@ -215,17 +211,6 @@ pub(super) unsafe fn take_four(records: [__m128; 4], from: *mut [f64; 4], slots:
     for (k, record) in records.into_iter().enumerate() {
         // SAFETY: the machine has the instructions, pointers are the caller's.
         unsafe { take(_mm256_cvtps_pd(record), from, slots.add(k)) };
-    }
-}
-
-/// Bit k is set where number k of eight is that one.
-#[inline(always)]
-unsafe fn equal(numbers: *const u32, number: u32) -> u32 {
-    // SAFETY: the machine has the instructions, pointers are the caller's.
-    unsafe {
-        let eight = _mm256_loadu_si256(numbers.cast());
-        let same = _mm256_cmpeq_epi32(eight, _mm256_set1_epi32(number as i32));
-        _mm256_movemask_ps(_mm256_castsi256_ps(same)) as u32
     }
 }
 
@@ -469,13 +454,6 @@ impl Vector for Single {
         unsafe {
             Avx2::store_either(keep, words, to);
             Avx2::store_either(keep >> LANES, words, to.add(LANES));
-        }
-    }
-    #[inline(always)]
-    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
-        unsafe {
-            let (low, high) = (numbers.as_ptr(), numbers.as_ptr().add(LANES));
-            equal(low, number) | equal(high, number) << LANES
         }
     }
 }

@@ -108,16 +108,6 @@ impl Vector for Avx512 {
             columns
         }
     }
-    #[inline(always)]
-    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
-        unsafe {
-            let eight = _mm256_loadu_si256(numbers.as_ptr().cast());
-            u32::from(_mm256_cmpeq_epi32_mask(
-                eight,
-                _mm256_set1_epi32(number as i32),
-            ))
-        }
-    }
 }
 
 #[allow(clippy::undocumented_unsafe_blocks)]
@@ -413,16 +403,6 @@ impl Vector for Single {
                 _mm_loadu_ps(unset.cast()),
             ));
             spread(both, keep)
-        }
-    }
-    #[inline(always)]
-    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
-        unsafe {
-            let all = _mm512_loadu_si512(numbers.as_ptr().cast());
-            u32::from(_mm512_cmpeq_epi32_mask(
-                all,
-                _mm512_set1_epi32(number as i32),
-            ))
         }
     }
 }

@@ -176,8 +176,6 @@ pub trait Vector: Copy {
             ]
         }
     }
-    /// Bit k is set where number k is that one.
-    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32;
 }
 
 /// Numbers that may as well be fractions of a turn, in units of 2^-32.
@@ -473,10 +471,6 @@ mod tests {
                     }
                 }
             }
-            let mut heads = [7; 2 * LANES];
-            heads[5..].fill(9);
-            let equal = [7, 9, 8].map(|head| V::equal(&heads, head) & all);
-            assert_eq!(equal, [31, all - 31, 0]);
             let mut words = [0; 2 * LANES];
             V::store_either(0b0101_1010_0110_1001, [3, 1 << 30], words.as_mut_ptr());
             out.extend(words.map(|word| R::of(word.into())));

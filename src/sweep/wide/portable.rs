@@ -102,10 +102,6 @@ impl<R: Real, const N: usize> Vector for Portable<R, N> {
             unsafe { *to.add(lane) = words[usize::from(keep >> lane & 1 == 0)] };
         }
     }
-    #[inline(always)]
-    fn equal(numbers: &[u32; 2 * LANES], number: u32) -> u32 {
-        (0..N).fold(0, |bits, k| bits | u32::from(numbers[k] == number) << k)
-    }
 }
 
 impl Turning for Portable<f32, 16> {
