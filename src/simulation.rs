@@ -441,6 +441,7 @@ impl Engine {
     /// Puts particle of row `row` somewhere else: position and velocity in reduced units. Call
     /// `renew` before the next run.
     pub fn place(&mut self, slot: usize, position: [f64; 3], velocity: [f64; 3]) {
+        self.lose_track();
         let particles = &mut self.particles;
         particles.position[slot][..3].copy_from_slice(&position);
         particles.velocity[slot][..3].copy_from_slice(&velocity);
@@ -516,7 +517,7 @@ impl Engine {
             let _ = integrator.refresh(self, dt);
             self.particles.force.copy_from_slice(&force);
         });
-        self.gone = Gone::ANYWHERE;
+        self.lose_track();
         self.forces_for = Some(self.clock.dt);
     }
 
@@ -633,6 +634,8 @@ impl Engine {
             return;
         };
         self.each_observer(|observer| observer.forget());
+        // Forces may have been emptied.
+        self.forces_for = None;
         (self.clock, self.step) = (before.clock, before.step);
         self.walls.impulse = before.impulse;
         self.walls.crossings = before.crossings;

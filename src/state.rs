@@ -180,6 +180,7 @@ impl Particles {
     /// Moves the particle of slot `order[k]` to slot k, without allocation: the forces, which are
     /// always computed anew after that, lend their memory and are lost.
     pub fn permute(&mut self, order: &[u32]) {
+        self.force_is_zero = false;
         for records in [&mut self.position, &mut self.velocity, &mut self.carried] {
             if records.is_empty() {
                 continue;
@@ -243,7 +244,9 @@ mod tests {
         let heat = particles.add_scalar("heat", true);
         particles.scalars[heat].values = (0..n).map(|k| 30.0 + k as f64).collect();
         let order = [3, 1, 4, 0, 2];
+        particles.force_is_zero = true;
         particles.permute(&order);
+        assert!(!particles.force_is_zero);
         for (k, &from) in order.iter().enumerate() {
             assert_eq!(particles.position[k][0], f64::from(from));
             assert_eq!(particles.velocity[k][1], 10.0 + f64::from(from));

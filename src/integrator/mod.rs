@@ -248,6 +248,7 @@ fn follow<const D: usize>(engine: &mut Engine, dt: f64, moved: Moved, shuffle: b
     if engine.walls.crossings > crossings {
         // Back from a bent wall a particle may have come farther than it flew.
         engine.note_way(2.0 * moved.way(dt));
+        engine.lose_track();
     }
     engine.stopwatch.lap(Phase::Walls);
     engine.keep_lists::<D>(beyond, shuffle)

@@ -36,8 +36,8 @@ impl Gone {
         known: f64::INFINITY,
         since: 0.0,
     };
-    /// More than the rounding of a position, and of sums of ways, as a share of the margin.
-    const HAIR: f64 = 1e-6;
+    /// More than positions and sums of ways are rounded by, as a share of the margin.
+    const HAIR: f64 = 1e-3;
 
     /// Has one perhaps left a margin?
     fn may_be_beyond(&self, margin: f64) -> bool {
@@ -223,6 +223,11 @@ impl Engine {
     pub(crate) fn note_way(&mut self, way: f64) {
         self.list.travel += way;
         self.gone.since += way;
+    }
+
+    /// Particles may be anywhere.
+    pub(crate) fn lose_track(&mut self) {
+        self.gone = Gone::ANYWHERE;
     }
 
     /// Has a particle left its margin? Seldom does anybody have to look where the grid was renewed.

@@ -528,6 +528,7 @@ pub fn pair_forces<K: Kernel, F: FrictionForm, V: Variate, P: Precision, const D
     if !std::mem::take(force_is_zero) {
         force.fill([0.0; 4]);
     }
+    debug_assert!(force.iter().all(|f| *f == [0.0; 4]));
     let state = [&position[..], &velocity[..]];
     let process = (kick, key);
     sweep::<K, F, V, P, D, true>(force, state, id, copies, grid, list, cell, process, sums);

@@ -19,7 +19,7 @@ pub(super) const STRIDE: usize = 4 * LANES;
 /// Lanes of a chunk, with room for what the last ones leave over.
 pub(super) const ROOM: usize = CHUNK + STRIDE;
 
-// A bit for each vector of a chunk, and one more.
+// A bit for each vector of a chunk, and room for one more.
 const _: () = assert!(CHUNK / LANES < 64);
 
 /// Number of lanes to compute for `count` pairs: whole vectors, the rest being leftovers.
@@ -424,6 +424,10 @@ impl Members {
         self.row += self.row_count;
         self.first += self.count;
         self.count = CHUNK.min(near.pairs() - self.first);
+        debug_assert!(
+            8 * near.starts.len() >= near.pairs() + CHUNK,
+            "starts are marked"
+        );
         // SAFETY: there are as many bits, or zeros, from every multiple of that on.
         let bits = unsafe {
             &*near

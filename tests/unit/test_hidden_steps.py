@@ -27,19 +27,21 @@ def observed(sim, **options):
     return stress.total, correlator.msd
 
 
-def test_bits_and_samples_are_those_of_long_calls(step_by_step):
-    one = small()
+@pytest.mark.parametrize("integrator", ["pair_splitting", "velocity_verlet"])
+def test_bits_and_samples_are_those_of_long_calls(step_by_step, integrator):
+    one = small(integrator=integrator)
     found = observed(one, steps=29)
     with pytest.MonkeyPatch.context() as long_calls:
         long_calls.setattr(running, "chunk_steps", lambda *_: 10**6)
-        two = small()
+        two = small(integrator=integrator)
         expected = observed(two, steps=29)
     assert_same_bits(one, two)
     for a, b in zip(found, expected, strict=True):
         assert a.tobytes() == b.tobytes()
 
 
-def test_impulses_of_walls(step_by_step):
+@pytest.mark.parametrize("integrator", ["pair_splitting", "velocity_verlet"])
+def test_impulses_of_walls(step_by_step, integrator):
     box = sdpd.Box((8.0, 8.0), periodic="x")
     scene = reduced_scene(2, box=box, walls=sdpd.walls.slab(box, "y"))
     found = []
@@ -47,7 +49,7 @@ def test_impulses_of_walls(step_by_step):
         with pytest.MonkeyPatch.context() as calls:
             calls.setattr(running, "chunk_steps", lambda *_, chunk=chunk: chunk)
             forces = sdpd.WallForces(every=5)
-            sim = sdpd.Simulation(scene, dt=0.002, seed=1)
+            sim = sdpd.Simulation(scene, dt=0.002, seed=1, integrator=integrator)
             sim.run(steps=22, observe=forces)
             found.append(forces.force)
     assert found[0].tobytes() == found[1].tobytes()
