@@ -3,7 +3,6 @@
 mod motion;
 
 use motion::Gone;
-pub use motion::Moved;
 
 use std::sync::{Arc, Mutex};
 
@@ -857,7 +856,7 @@ impl Engine {
     /// Is it some observer's turn?
     pub(crate) fn is_observed(&self) -> bool {
         let mut observed = false;
-        self.each_observer(|observer| observed |= self.step.is_multiple_of(observer.every()));
+        self.each_observer(|observer| observed |= observer.is_due(self.step));
         observed
     }
 
@@ -880,7 +879,7 @@ impl Engine {
             thermal: self.thermal.as_ref(),
         };
         self.each_observer(|observer| {
-            if self.step.is_multiple_of(observer.every()) {
+            if observer.is_due(self.step) {
                 observer.sample(&view);
             }
         });

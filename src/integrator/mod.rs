@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::kernel::Kernel;
 use crate::physics::{FrictionForm, Frictionless};
 use crate::random::{Silent, Stream, SweepKey, Variate};
-use crate::simulation::{Engine, Moved};
+use crate::simulation::Engine;
 use crate::state::Records;
 use crate::stopwatch::Phase;
 use crate::sweep::{
@@ -220,8 +220,8 @@ pub(crate) fn mean_friction_weight<K: Kernel, const D: usize>(engine: &Engine) -
 
 /// Moves the particles and brings the lists up to date.
 pub(crate) fn drift<const D: usize>(engine: &mut Engine, dt: f64, shuffle: bool) -> Result<()> {
-    let moved = engine.move_particles(dt)?;
-    follow::<D>(engine, dt, moved, shuffle)
+    let way = engine.move_particles(dt)?;
+    follow::<D>(engine, dt, way, shuffle)
 }
 
 /// So many kicks of t before, in one go through the particles.
@@ -231,12 +231,12 @@ pub(crate) fn kick_and_drift<const KICKS: u32, const D: usize>(
     dt: f64,
     shuffle: bool,
 ) -> Result<()> {
-    let moved = engine.kick_and_move::<KICKS>(t, dt)?;
-    follow::<D>(engine, dt, moved, shuffle)
+    let way = engine.kick_and_move::<KICKS>(t, dt)?;
+    follow::<D>(engine, dt, way, shuffle)
 }
 
-/// Lists and observers' sums after particles have been moved.
-fn follow<const D: usize>(engine: &mut Engine, dt: f64, moved: Moved, shuffle: bool) -> Result<()> {
+/// Lists and observers' sums after particles have been moved, none farther than `way`.
+fn follow<const D: usize>(engine: &mut Engine, dt: f64, way: f64, shuffle: bool) -> Result<()> {
     if let Some(tally) = &mut engine.tally {
         tally.drift(dt, &engine.particles.velocity);
     }
@@ -247,7 +247,7 @@ fn follow<const D: usize>(engine: &mut Engine, dt: f64, moved: Moved, shuffle: b
     engine.bounce()?;
     if engine.walls.crossings > crossings {
         // Back from a bent wall a particle may have come farther than it flew.
-        engine.note_way(2.0 * moved.way(dt));
+        engine.list.travel += 2.0 * way;
         engine.lose_track();
     }
     engine.stopwatch.lap(Phase::Walls);

@@ -88,6 +88,10 @@ impl View<'_> {
 pub trait Observer: Send {
     /// Steps between samples, >= 1.
     fn every(&self) -> u64;
+    /// Is it its turn after that step?
+    fn is_due(&self, step: u64) -> bool {
+        step.is_multiple_of(self.every())
+    }
     /// Must the loop keep the stress, and its parts apart?
     fn needs_stress(&self) -> Option<Parts> {
         None

@@ -10,12 +10,6 @@ use crate::stopwatch::Phase;
 /// A displacement per step, in supports, beyond which a run has gone wrong.
 const RUNAWAY: f64 = 1.0;
 
-/// The square of the highest speed found while moving the particles.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Moved {
-    speed: f64,
-}
-
 /// How far particles may be from where the grid was renewed [h].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gone {
@@ -75,19 +69,6 @@ fn visible_square([x, y, z]: [f64; 3]) -> f64 {
 #[inline(always)]
 fn square_from(position: &[f64; 4], origin: &[f64; 3]) -> f64 {
     visible_square(std::array::from_fn(|a| position[a] - origin[a]))
-}
-
-impl Moved {
-    /// How far the fastest particle has come in this step.
-    pub(crate) fn way(&self, dt: f64) -> f64 {
-        self.speed.sqrt() * dt.abs()
-    }
-
-    fn most(self, other: Self) -> Self {
-        Self {
-            speed: self.speed.max(other.speed),
-        }
-    }
 }
 
 impl Engine {
@@ -152,14 +133,14 @@ impl Engine {
         }
     }
 
-    /// r += v dt.
-    pub(crate) fn move_particles(&mut self, dt: f64) -> Result<Moved> {
+    /// r += v dt; returns the way of the fastest one.
+    pub(crate) fn move_particles(&mut self, dt: f64) -> Result<f64> {
         self.move_each::<false>(dt, |v, _, _| v)
     }
 
-    /// v += t f, body force included, so many times, then r += v dt. Forces are 0 afterwards: they are to be
-    /// summed anew.
-    pub(crate) fn kick_and_move<const KICKS: u32>(&mut self, t: f64, dt: f64) -> Result<Moved> {
+    /// v += t f, body force included, so many times, then r += v dt; returns the way of the fastest
+    /// one. Forces are 0 afterwards: they are to be summed anew.
+    pub(crate) fn kick_and_move<const KICKS: u32>(&mut self, t: f64, dt: f64) -> Result<f64> {
         for _ in 0..KICKS {
             self.note_kick(t);
         }
@@ -188,9 +169,9 @@ impl Engine {
         &mut self,
         dt: f64,
         kicked: impl Fn([f64; 4], [f64; 4], [f64; 4]) -> [f64; 4] + Sync + Send,
-    ) -> Result<Moved> {
+    ) -> Result<f64> {
         let particles = &mut self.particles;
-        let moved = particles
+        let speed2 = particles
             .position
             .par_iter_mut()
             .with_min_len(GRAIN)
@@ -207,22 +188,17 @@ impl Engine {
                 if USES_UP {
                     *force = [0.0; 4];
                 }
-                let speed = visible_square([v[0], v[1], v[2]]);
-                Moved { speed }
+                visible_square([v[0], v[1], v[2]])
             })
-            .reduce(Moved::default, Moved::most);
-        if moved.speed * dt * dt > RUNAWAY * RUNAWAY {
+            .reduce(|| 0.0, f64::max);
+        if speed2 * dt * dt > RUNAWAY * RUNAWAY {
             return Err(self.find_runaway(dt));
         }
         // No farther than the fastest ones of each step: that spares a look at where they were.
-        self.note_way(moved.way(dt));
-        Ok(moved)
-    }
-
-    /// No particle has gone farther than that, beside what is known.
-    pub(crate) fn note_way(&mut self, way: f64) {
+        let way = speed2.sqrt() * dt.abs();
         self.list.travel += way;
         self.gone.since += way;
+        Ok(way)
     }
 
     /// Particles may be anywhere.

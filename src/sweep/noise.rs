@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use rayon::prelude::*;
 
-use super::rows::{Ends, ROOM, whole};
+use super::rows::{Ends, Heads, ROOM, whole};
 use super::wide::{LANES, Vector};
 use super::{CHUNK, Task, Wide, run_wide};
 use crate::physics::FrictionForm;
@@ -44,12 +44,13 @@ impl<const N: usize, R: Real> Noise<N, R> {
         unsafe {
             let to = [0, 1].map(|n: usize| self.words[n].as_mut_ptr().add(lane));
             let of = |slot: u32| *of.get_unchecked(slot as usize);
-            if let Some(all) = ends.all {
-                for n in 0..V::LANES {
-                    std::ptr::write_volatile(to[0].add(n), of(all[n]));
+            match ends.heads {
+                Heads::Two(two, last) => V::store_either(last, two.map(of), to[0]),
+                Heads::Each(heads) => {
+                    for n in 0..V::LANES {
+                        std::ptr::write_volatile(to[0].add(n), of(heads[n]));
+                    }
                 }
-            } else {
-                V::store_either(ends.last, ends.two.map(of), to[0]);
             }
             for n in 0..V::LANES {
                 std::ptr::write_volatile(to[1].add(n), of(ends.others[n]));

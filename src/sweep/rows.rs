@@ -123,13 +123,17 @@ impl<P: Precision, W: Wide> Separation<P, W> {
 
 /// Slots of both ends of as many pairs as a vector has lanes.
 pub(super) struct Ends<'a> {
-    /// The heads of the last and of the first lane.
-    pub two: [u32; 2],
-    /// Bits of the lanes whose head is that of the last one, if it is not that of the first.
-    pub last: u32,
-    /// The heads of all lanes, where it is not taken for granted that there are no more than those two.
-    pub all: Option<&'a [u32; MOST]>,
+    pub heads: Heads<'a>,
     pub others: &'a [u32; MOST],
+}
+
+/// Slots of the heads.
+pub(super) enum Heads<'a> {
+    /// Those of the last and of the first lane; and bits of the lanes whose head is that of the last one, if it is
+    /// not that of the first. There are no others, or these lanes come again.
+    Two([u32; 2], u32),
+    /// Lane by lane.
+    Each(&'a [u32; MOST]),
 }
 
 impl Ends<'_> {
@@ -141,11 +145,12 @@ impl Ends<'_> {
     pub(super) unsafe fn of_heads<V: Vector>(&self, base: &[[V::Number; 4]]) -> [V; 4] {
         // SAFETY: promised by the caller.
         unsafe {
-            if let Some(all) = self.all {
-                return V::columns(base.as_ptr(), all.as_ptr());
+            match self.heads {
+                Heads::Two(two, last) => {
+                    V::of_two(two.map(|slot| base.as_ptr().add(slot as usize)), last)
+                }
+                Heads::Each(heads) => V::columns(base.as_ptr(), heads.as_ptr()),
             }
-            let two = self.two.map(|slot| base.as_ptr().add(slot as usize));
-            V::of_two(two, self.last)
         }
     }
 
@@ -160,11 +165,12 @@ impl Ends<'_> {
     ) -> [[V; 4]; 2] {
         // SAFETY: promised by the caller.
         unsafe {
-            if let Some(all) = self.all {
-                return V::columns_twice(base, all.as_ptr());
+            match self.heads {
+                Heads::Two(two, last) => {
+                    V::of_two_twice(two.map(|slot| base.add(slot as usize)), last)
+                }
+                Heads::Each(heads) => V::columns_twice(base, heads.as_ptr()),
             }
-            let two = self.two.map(|slot| base.add(slot as usize));
-            V::of_two_twice(two, self.last)
         }
     }
 
@@ -231,7 +237,6 @@ pub(super) trait Companion<V: Vector> {
 }
 
 /// Where to read of the pairs of a chunk, vector by vector.
-#[derive(Clone, Copy)]
 struct Chunk<'a, V> {
     slots: *const u32,
     starts: *const u8,
@@ -338,7 +343,7 @@ pub(super) struct Members {
     /// Pairs in use.
     pub count: usize,
     /// Where they begin among all pairs.
-    first: usize,
+    pub first: usize,
     /// The row of the first one.
     row: usize,
     /// Rows that they belong to.
@@ -361,12 +366,11 @@ impl Members {
     /// Takes the next pairs of a block, a vector at a time. The lanes behind them hold other pairs, or none.
     #[inline(always)]
     pub(super) fn fill<V: Vector>(&mut self, near: &Rows, companion: &mut impl Companion<V>) {
-        self.enter(near);
+        let at = self.enter::<V>(near);
         // The chunk after the next: what a machine foresees by itself ends with a page of memory.
         let next = self.first + self.count + CHUNK;
         ask_for(near.slots.as_ptr().wrapping_add(next), CHUNK);
         let vectors = self.count.div_ceil(V::LANES);
-        let at = Chunk::<V>::new(near, self.first);
         // Rows may be short, as in a plane.
         let all = self.row_count > vectors;
         let mut left = if all {
@@ -383,11 +387,10 @@ impl Members {
                 unsafe {
                     let (starts, next) = at.starts(vector);
                     let last = row + starts.count_ones() as usize;
+                    // The lowest one and those above.
+                    let of_last = starts | starts.wrapping_neg();
                     let ends = Ends {
-                        two: [at.head(last), at.head(row)],
-                        // The lowest one and those above.
-                        last: starts | starts.wrapping_neg(),
-                        all: None,
+                        heads: Heads::Two([at.head(last), at.head(row)], of_last),
                         others: at.others(vector),
                     };
                     companion.take(&ends, V::LANES * vector);
@@ -405,11 +408,8 @@ impl Members {
                     row += starts.count_ones() as usize + next;
                     known += 1;
                 }
-                let all = &at.heads(row, at.starts(vector).0);
                 let ends = Ends {
-                    two: [all[V::LANES - 1], all[0]],
-                    last: 0,
-                    all: Some(all),
+                    heads: Heads::Each(&at.heads(row, at.starts(vector).0)),
                     others: at.others(vector),
                 };
                 companion.take(&ends, V::LANES * vector);
@@ -420,7 +420,7 @@ impl Members {
 
     /// Goes on to the next pairs.
     #[inline(always)]
-    fn enter(&mut self, near: &Rows) {
+    fn enter<'a, V: Vector>(&mut self, near: &'a Rows) -> Chunk<'a, V> {
         self.row += self.row_count;
         self.first += self.count;
         self.count = CHUNK.min(near.pairs() - self.first);
@@ -428,14 +428,8 @@ impl Members {
             8 * near.starts.len() >= near.pairs() + CHUNK,
             "starts are marked"
         );
-        // SAFETY: there are as many bits, or zeros, from every multiple of that on.
-        let bits = unsafe {
-            &*near
-                .starts
-                .as_ptr()
-                .add(self.first / 8)
-                .cast::<[u8; CHUNK / 8]>()
-        };
+        let at = Chunk::new(near, self.first);
+        let bits = at.bits();
         let starts: u32 = bits
             .as_chunks::<8>()
             .0
@@ -446,6 +440,7 @@ impl Members {
         let goes_on = usize::from(bits[0] & 1 == 0);
         self.row -= goes_on;
         self.row_count = starts as usize + goes_on;
+        at
     }
 
     /// Slots of the partners, lane by lane.
@@ -652,9 +647,9 @@ mod tests {
         #[inline(always)]
         unsafe fn take(&mut self, ends: &Ends<'_>, lane: usize) {
             for k in 0..V::LANES {
-                let head = match ends.all {
-                    Some(all) => all[k],
-                    None => ends.two[usize::from(ends.last >> k & 1 == 0)],
+                let head = match ends.heads {
+                    Heads::Two(two, last) => two[usize::from(last >> k & 1 == 0)],
+                    Heads::Each(heads) => heads[k],
                 };
                 self.0[lane + k] = [head, ends.others[k]];
             }

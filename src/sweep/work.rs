@@ -11,7 +11,7 @@ use super::{Shared, Task, Wide, for_each_block, run_wide};
 use crate::domain::PeriodicBox;
 use crate::kernel::Kernel;
 use crate::neighbor::{Grid, PairList, Rows};
-use crate::real::Real;
+use crate::real::{Real, near_inverse_roots};
 use crate::state::Particles;
 
 struct WorkTask<'a, K, const D: usize> {
@@ -75,7 +75,7 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
     #[inline(always)]
     fn run<W: Wide>(self) {
         let mut pairs = Pairs::<Double>::new();
-        let mut u = [[0.0; ROOM]; 3];
+        let (mut u, mut near) = ([[0.0; ROOM]; 3], [0.0; ROOM]);
         let (mut approach, mut slope) = ([0.0; ROOM], [0.0; ROOM]);
         let mut handed = HeatMoment::default();
         while pairs.members.has_more(self.near) {
@@ -84,14 +84,15 @@ impl<K: Kernel, const D: usize> Task for WorkTask<'_, K, D> {
                 u: &mut u,
             };
             pairs.fill::<W, D>(self.near, self.cell, self.position, &mut companion);
-            for k in 0..whole::<f64>(pairs.members.count) {
-                let r2 = pairs.r2[k];
-                let inverse = r2.at_least(f64::TINY).inverse_root::<W::Arithmetic>();
+            let count = whole::<f64>(pairs.members.count);
+            near_inverse_roots(&pairs.r2, &mut near, count);
+            for k in 0..count {
+                let [q, _] = pairs.r2[k].distance_from::<W::Arithmetic>(near[k]);
                 let mut along = 0.0;
                 for a in 0..D {
                     along += pairs.r[a][k] * u[a][k];
                 }
-                slope[k] = K::f::<_, D>(r2 * inverse);
+                slope[k] = K::f::<_, D>(q);
                 approach[k] = slope[k] * along;
             }
             if self.current.is_some() {
